@@ -1,0 +1,1 @@
+"""Net, contact, sight and fold plan: geometry and decisions, no physics and no machine."""

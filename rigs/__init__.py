@@ -1,0 +1,1 @@
+"""Machines: profiles, jobs, G-code, the driver, replay, journal and the emulator."""

@@ -1,0 +1,1 @@
+"""The blossom command, reports and progress: reads what the other packages make."""

@@ -1,0 +1,1 @@
+"""Physics: heating, MuJoCo model, validation and process table."""
