@@ -10,8 +10,8 @@ import pytest
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 
-# One profile only for machines that check others' work: the same examples every time and no deadline, because a
-# loaded runner is slow and a test must not depend on timing. On a desk hypothesis keeps looking for new examples.
+# "ci": the same examples every time. "desk": hypothesis keeps looking for new ones.
+# Neither has a deadline, because no test may depend on timing.
 hypothesis.settings.register_profile("ci", derandomize=True, deadline=None, database=None, print_blob=True)
 hypothesis.settings.register_profile("desk", deadline=None)
 hypothesis.settings.load_profile("ci" if os.environ.get("CI") else "desk")
@@ -37,7 +37,7 @@ def repository() -> Path:
 def shared_meshes(request: pytest.FixtureRequest) -> Path:
     """Folder with the common test meshes: given by --shared-meshes, else beside the checkout.
 
-    Tests that need it are skipped only where the folder is absent; a folder that was named but is not there fails.
+    Tests that need it are skipped only where the folder is absent; a folder that was named must be there.
     """
     given = request.config.getoption("--shared-meshes")
     folder = Path(given) if given else REPOSITORY.parent / "shared" / "meshes"

@@ -1,0 +1,1 @@
+"""Data that ships with the product: goal shapes and MJCF. No logic but finding the files."""
