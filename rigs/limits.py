@@ -1,0 +1,59 @@
+"""What a rig and a material allow, in the terms of the planner."""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+from planner.fold_plan import MachineLimits
+from rigs.errors import ProfileError
+from rigs.rig import Rig
+
+__all__ = ["machine_limits"]
+
+
+class HasName(Protocol):
+    """The part of a material that the limits need."""
+
+    @property
+    def name(self) -> str:
+        """Name of the material, for messages."""
+
+
+def machine_limits(rig: Rig, material: HasName, thickness_mm: float | None = None) -> MachineLimits:
+    """Limits of ``rig`` for a sheet of ``material``.
+
+    The lens height is the one with the focus on the rotary axis, so a rotation needs no raised head. A rig
+    that cannot move its focus gets no focus travel; the planner then keeps tilted creases within the depth
+    of focus.
+
+    Args:
+        rig: the machine.
+        material: what the sheet is made of.
+        thickness_mm: of the sheet; the rig's usual thickness when None.
+
+    Raises:
+        ProfileError: if the clamps do not hold that thickness.
+    """
+    thickness = rig.sheet.thickness_mm if thickness_mm is None else thickness_mm
+    low, high = rig.sheet.thickness_range_mm
+    if not low <= thickness <= high:
+        raise ProfileError(
+            f"rig {rig.name}: a {thickness:g} mm sheet of {material.name} does not fit its clamps, "
+            f"which hold {low:g} to {high:g} mm: choose a thickness in that range"
+        )
+    axis_z = rig.rotary.axis_point_mm[2]
+    travel = min(axis_z - rig.axes.z_mm[0], rig.axes.z_mm[1] - axis_z) if rig.has_focus_axis else 0.0
+    return MachineLimits(
+        thickness=thickness,
+        kerf=rig.head.spot_mm,
+        work_area=rig.sheet.max_mm,
+        axis_height=axis_z - rig.clear.bed_z_mm,
+        lens_height=rig.head.working_distance_mm,
+        max_tilt_rad=math.radians(rig.head.max_incidence_deg),
+        beam_radius=rig.beam_radius_mm(rig.head.depth_of_focus_mm / 2.0),
+        frame_margin=rig.sheet.frame_margin_mm,
+        clearance=rig.sheet.clearance_mm,
+        depth_of_focus=rig.head.depth_of_focus_mm,
+        focus_travel=travel,
+    )

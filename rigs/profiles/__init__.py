@@ -1,0 +1,1 @@
+"""Rig profiles that ship with the package, one TOML file each."""
