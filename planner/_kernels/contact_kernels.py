@@ -1,0 +1,346 @@
+"""First contact of convex prisms under a rotation about a fixed line, in closed form.
+
+With the axis through the origin along x, a point (x, y, z) of the moving part turns to
+(x, y cos t - z sin t, y sin t + z cos t). "Vertex meets plane" and "edge meets edge" (the side product of
+two Pluecker lines) are linear in cos t and sin t, so every event is a root of A cos t + B sin t + C = 0.
+The first contact of two disjoint convex bodies is always such an event.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+INSIDE_MM = 1e-7
+"""A point counts as inside a face, and a crossing as on a segment, within this distance."""
+
+PRISM_EDGES = np.array([0, 1, 1, 2, 2, 0, 3, 4, 4, 5, 5, 3, 0, 3, 1, 4, 2, 5], dtype=np.int64)
+TRIANGLE_EDGES = np.array([0, 1, 1, 2, 2, 0], dtype=np.int64)
+
+
+@njit(cache=True)
+def roots(a, b, c, limit, cos_limit, sin_limit, out):  # type: ignore[no-untyped-def]
+    """Roots in (0, limit) of a cos t + b sin t + c, ascending, into ``out`` (2,); returns how many.
+
+    ``limit`` is at most pi, and ``cos_limit``, ``sin_limit`` are its cosine and sine: most functions are
+    ruled out by their signs at both ends, without trigonometry.
+    """
+    at_start, at_end = a + c, a * cos_limit + b * sin_limit + c
+    if at_start * at_end > 0.0:
+        # same sign at both ends: two roots need an extremum of the other sign between them
+        slope_end = b * cos_limit - a * sin_limit
+        if at_start > 0.0:
+            if b >= 0.0 or slope_end <= 0.0:
+                return 0
+        elif b <= 0.0 or slope_end >= 0.0:
+            return 0
+    size = math.sqrt(a * a + b * b)
+    if size < 1e-14 or abs(c) > size:
+        return 0
+    middle = math.atan2(b, a)
+    half = math.acos(-c / size)
+    count = 0
+    for k in range(2):
+        t = middle - half if k == 0 else middle + half
+        if t < 0.0:
+            t += 2.0 * math.pi
+        if t >= 2.0 * math.pi:
+            t -= 2.0 * math.pi
+        if 1e-12 < t < limit:
+            out[count] = t
+            count += 1
+    if count == 2 and out[0] > out[1]:
+        out[0], out[1] = out[1], out[0]
+    return count
+
+
+@njit(cache=True)
+def prism_planes(points, planes):  # type: ignore[no-untyped-def]
+    """Outward planes (5, 4) n.x <= d of a triangular prism (6, 3): bottom 0 1 2, top 3 4 5."""
+    for k in range(5):
+        if k == 0:
+            i, j, m, other = 0, 1, 2, 3
+        elif k == 1:
+            i, j, m, other = 3, 4, 5, 0
+        else:
+            i = k - 2
+            j = (i + 1) % 3
+            m = i + 3
+            other = (i + 2) % 3
+        ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+        bx, by, bz = points[m, 0] - points[i, 0], points[m, 1] - points[i, 1], points[m, 2] - points[i, 2]
+        nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        size = math.sqrt(nx * nx + ny * ny + nz * nz)
+        if size < 1e-15:
+            size = 1e-15
+        nx, ny, nz = nx / size, ny / size, nz / size
+        d = nx * points[i, 0] + ny * points[i, 1] + nz * points[i, 2]
+        if nx * points[other, 0] + ny * points[other, 1] + nz * points[other, 2] > d:
+            nx, ny, nz, d = -nx, -ny, -nz, -d
+        planes[k, 0], planes[k, 1], planes[k, 2], planes[k, 3] = nx, ny, nz, d
+
+
+@njit(cache=True)
+def _vertices_meet_prism(points, planes, sign, limit, scratch):  # type: ignore[no-untyped-def]
+    """First t in (0, limit] at which a turning vertex (sign = direction of the turn) enters the prism."""
+    best = limit
+    cb, sb = math.cos(best), math.sin(best)
+    for v in range(6):
+        x, y, z = points[v, 0], points[v, 1], sign * points[v, 2]
+        for k in range(5):
+            nx, ny, nz, d = planes[k, 0], planes[k, 1], sign * planes[k, 2], planes[k, 3]
+            count = roots(ny * y + nz * z, nz * y - ny * z, nx * x - d, best, cb, sb, scratch)
+            for r in range(count):
+                t = scratch[r]
+                if t >= best:
+                    break
+                c, s = math.cos(t), math.sin(t)
+                py, pz = y * c - z * s, sign * (y * s + z * c)
+                inside = True
+                for o in range(5):
+                    if (
+                        o != k
+                        and planes[o, 0] * x + planes[o, 1] * py + planes[o, 2] * pz > planes[o, 3] + 1e-7
+                    ):
+                        inside = False
+                        break
+                if inside:
+                    best, cb, sb = t, math.cos(t), math.sin(t)
+    return best
+
+
+@njit(cache=True)
+def _edges_meet(moving, moving_edges, still, still_edges, limit, scratch):  # type: ignore[no-untyped-def]
+    """First t in (0, limit] at which an edge of the moving body crosses an edge of the still one."""
+    best = limit
+    cb, sb = math.cos(best), math.sin(best)
+    for e in range(0, len(moving_edges), 2):
+        i, j = moving_edges[e], moving_edges[e + 1]
+        px, py, pz = moving[i, 0], moving[i, 1], moving[i, 2]
+        dx, dy, dz = moving[j, 0] - px, moving[j, 1] - py, moving[j, 2] - pz
+        mx, my, mz = py * dz - pz * dy, pz * dx - px * dz, px * dy - py * dx
+        for g in range(0, len(still_edges), 2):
+            k, m = still_edges[g], still_edges[g + 1]
+            qx, qy, qz = still[k, 0], still[k, 1], still[k, 2]
+            ex, ey, ez = still[m, 0] - qx, still[m, 1] - qy, still[m, 2] - qz
+            nx, ny, nz = qy * ez - qz * ey, qz * ex - qx * ez, qx * ey - qy * ex
+            a = dy * ny + dz * nz + my * ey + mz * ez
+            b = dy * nz - dz * ny + my * ez - mz * ey
+            count = roots(a, b, dx * nx + mx * ex, best, cb, sb, scratch)
+            for r in range(count):
+                t = scratch[r]
+                if t >= best:
+                    break
+                c, s = math.cos(t), math.sin(t)
+                ux, uy, uz = dx, dy * c - dz * s, dy * s + dz * c
+                wx, wy, wz = qx - px, qy - (py * c - pz * s), qz - (py * s + pz * c)
+                uu, ee, ue = (
+                    ux * ux + uy * uy + uz * uz,
+                    ex * ex + ey * ey + ez * ez,
+                    ux * ex + uy * ey + uz * ez,
+                )
+                det = uu * ee - ue * ue
+                if det < 1e-12 * uu * ee:
+                    continue  # parallel edges: a vertex event finds this contact
+                wu, we = wx * ux + wy * uy + wz * uz, wx * ex + wy * ey + wz * ez
+                f = (wu * ee - we * ue) / det
+                h = (wu * ue - we * uu) / det
+                tol_f, tol_h = 1e-7 / math.sqrt(uu), 1e-7 / math.sqrt(ee)
+                if -tol_f <= f <= 1.0 + tol_f and -tol_h <= h <= 1.0 + tol_h:
+                    best, cb, sb = t, math.cos(t), math.sin(t)
+    return best
+
+
+@njit(cache=True)
+def prisms_meet(moving, still, limit, planes_m, planes_s, scratch):  # type: ignore[no-untyped-def]
+    """First t in (0, limit) at which the prism ``moving`` (6, 3), turning about x, meets ``still``; else limit.
+
+    The prisms must be disjoint at t = 0. ``planes_m``, ``planes_s`` (5, 4) and ``scratch`` (2,) are work space.
+    """
+    prism_planes(still, planes_s)
+    prism_planes(moving, planes_m)
+    best = _vertices_meet_prism(moving, planes_s, 1.0, limit, scratch)
+    best = _vertices_meet_prism(still, planes_m, -1.0, best, scratch)
+    return _edges_meet(moving, PRISM_EDGES, still, PRISM_EDGES, best, scratch)
+
+
+@njit(cache=True)
+def _vertices_meet_triangle(points, tri, sign, limit, scratch):  # type: ignore[no-untyped-def]
+    """First t in (0, limit] at which a turning vertex of a triangle passes through the triangle ``tri``."""
+    best = limit
+    cb, sb = math.cos(best), math.sin(best)
+    ax, ay, az = tri[1, 0] - tri[0, 0], tri[1, 1] - tri[0, 1], tri[1, 2] - tri[0, 2]
+    bx, by, bz = tri[2, 0] - tri[0, 0], tri[2, 1] - tri[0, 1], tri[2, 2] - tri[0, 2]
+    nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    size = math.sqrt(nx * nx + ny * ny + nz * nz)
+    if size < 1e-15:
+        return best
+    nx, ny, nz = nx / size, ny / size, nz / size
+    d = nx * tri[0, 0] + ny * tri[0, 1] + nz * tri[0, 2]
+    for v in range(3):
+        x, y, z = points[v, 0], points[v, 1], sign * points[v, 2]
+        mz = sign * nz
+        count = roots(ny * y + mz * z, mz * y - ny * z, nx * x - d, best, cb, sb, scratch)
+        for r in range(count):
+            t = scratch[r]
+            if t >= best:
+                break
+            c, s = math.cos(t), math.sin(t)
+            py, pz = y * c - z * s, sign * (y * s + z * c)
+            inside = True
+            for k in range(3):
+                q, w = tri[k], tri[(k + 1) % 3]
+                gx, gy, gz = w[0] - q[0], w[1] - q[1], w[2] - q[2]
+                rx, ry, rz = x - q[0], py - q[1], pz - q[2]
+                side = nx * (gy * rz - gz * ry) + ny * (gz * rx - gx * rz) + nz * (gx * ry - gy * rx)
+                if side < -1e-7 * math.sqrt(gx * gx + gy * gy + gz * gz):
+                    inside = False
+                    break
+            if inside:
+                best, cb, sb = t, math.cos(t), math.sin(t)
+    return best
+
+
+@njit(cache=True)
+def triangles_meet(moving, still, limit, scratch):  # type: ignore[no-untyped-def]
+    """First t in (0, limit) at which the triangle ``moving`` (3, 3), turning about x, meets ``still``; else limit."""
+    best = _vertices_meet_triangle(moving, still, 1.0, limit, scratch)
+    best = _vertices_meet_triangle(still, moving, -1.0, best, scratch)
+    return _edges_meet(moving, TRIANGLE_EDGES, still, TRIANGLE_EDGES, best, scratch)
+
+
+@njit(cache=True)
+def to_axis_frame(points, ox, oy, ux, uy, out):  # type: ignore[no-untyped-def]
+    """Points (K, 3) into the frame whose origin is (ox, oy, 0), x along (ux, uy, 0) and z up."""
+    for k in range(len(points)):
+        x, y = points[k, 0] - ox, points[k, 1] - oy
+        out[k, 0], out[k, 1], out[k, 2] = x * ux + y * uy, y * ux - x * uy, points[k, 2]
+
+
+@njit(cache=True)
+def sector(points, out):  # type: ignore[no-untyped-def]
+    """Bounds of a convex body (K, 3) about the x axis, into ``out``: x from, to, radius from, to, angle from, to.
+
+    The angles are (0, 2 pi) for a body that may contain the axis; else from < to, from in (-pi, pi].
+    """
+    x_lo, x_hi, r_hi = np.inf, -np.inf, 0.0
+    cy, cz = 0.0, 0.0
+    for k in range(len(points)):
+        x_lo, x_hi = min(x_lo, points[k, 0]), max(x_hi, points[k, 0])
+        r_hi = max(r_hi, points[k, 1] * points[k, 1] + points[k, 2] * points[k, 2])
+        cy += points[k, 1]
+        cz += points[k, 2]
+    size = math.sqrt(cy * cy + cz * cz)
+    out[0], out[1], out[2], out[3], out[4], out[5] = x_lo, x_hi, 0.0, math.sqrt(r_hi), 0.0, 2.0 * math.pi
+    if size < 1e-9:
+        return
+    cy, cz = cy / size, cz / size
+    r_lo, a_lo, a_hi = np.inf, np.inf, -np.inf
+    for k in range(len(points)):
+        along = points[k, 1] * cy + points[k, 2] * cz
+        across = points[k, 2] * cy - points[k, 1] * cz
+        r_lo = min(r_lo, along)
+        if along <= 1e-9:
+            return
+        a = math.atan2(across, along)
+        a_lo, a_hi = min(a_lo, a), max(a_hi, a)
+    middle = math.atan2(cz, cy)
+    out[2], out[4], out[5] = r_lo, middle + a_lo, middle + a_hi
+
+
+@njit(cache=True)
+def sectors_apart(moving, still, limit):  # type: ignore[no-untyped-def]
+    """True if a body with bounds ``moving``, turned by 0 to ``limit``, cannot meet one with bounds ``still``."""
+    if moving[0] > still[1] or still[0] > moving[1] or moving[2] > still[3] or still[2] > moving[3]:
+        return True
+    span = (moving[5] - moving[4]) + limit
+    gap = (still[4] - moving[4]) % (2.0 * math.pi)
+    return gap > span and gap + (still[5] - still[4]) < 2.0 * math.pi
+
+
+@njit(cache=True)
+def turn_contact(  # type: ignore[no-untyped-def]
+    face, parent, members, moving_mask, solids, centres, radii, sharp, present,
+    ox, oy, ux, uy, limit, work,
+):  # fmt: skip
+    """Largest free angle of a turn about the line through (ox, oy, 0) along (ux, uy, 0), right-handed.
+
+    Args:
+        face: the face at the hinge; with ``parent`` the one pair that is never tested.
+        parent: its parent.
+        members: faces that move.
+        moving_mask: (N,) True for the members.
+        solids: (N, 12, 3) corners now: 0-5 prism, 6-8 inset mid triangle, 9-11 full mid triangle.
+        centres: (N, 3) and
+        radii: (N,) bounding spheres.
+        sharp: (N,) the mid triangle sticks out of the prism and is tested as well.
+        present: (N,) solids that exist.
+        ox, oy, ux, uy: the axis.
+        limit: angle wanted, > 0 and at most pi.
+        work: (30, 3) work space.
+
+    Returns:
+        (angle, moving face, still solid); the angle equals ``limit`` and the faces are -1 if nothing is met.
+    """
+    best = limit
+    hit_m, hit_s = -1, -1
+    x_lo, x_hi, r_hi, r_lo = np.inf, -np.inf, 0.0, np.inf
+    polar = np.empty((len(members), 3))
+    for k in range(len(members)):
+        m = members[k]
+        x = (centres[m, 0] - ox) * ux + (centres[m, 1] - oy) * uy
+        y = (centres[m, 1] - oy) * ux - (centres[m, 0] - ox) * uy
+        r = math.sqrt(y * y + centres[m, 2] * centres[m, 2])
+        polar[k, 0], polar[k, 1], polar[k, 2] = x, r, math.atan2(centres[m, 2], y)
+        x_lo, x_hi = min(x_lo, x - radii[m]), max(x_hi, x + radii[m])
+        r_hi, r_lo = max(r_hi, r + radii[m]), min(r_lo, r - radii[m])
+    mov, still = work[0:9], work[9:18]
+    bounds_m, bounds_s = work[18:20].reshape(6), work[20:22].reshape(6)
+    planes_m, planes_s = np.empty((5, 4)), np.empty((5, 4))
+    scratch = np.empty(2)
+    two_pi = 2.0 * math.pi
+    for s in range(len(solids)):
+        if moving_mask[s] or not present[s]:
+            continue
+        sx = (centres[s, 0] - ox) * ux + (centres[s, 1] - oy) * uy
+        if sx + radii[s] < x_lo or sx - radii[s] > x_hi:
+            continue
+        sy = (centres[s, 1] - oy) * ux - (centres[s, 0] - ox) * uy
+        sz = centres[s, 2]
+        sr = math.sqrt(sy * sy + sz * sz)
+        if sr - radii[s] > r_hi or sr + radii[s] < r_lo:
+            continue
+        loaded = False
+        s_angle = math.atan2(sz, sy)
+        for k in range(len(members)):
+            m = members[k]
+            if m == face and s == parent:
+                continue
+            # spheres: first angle at which the centres come within reach of each other
+            reach = radii[m] + radii[s]
+            dx, dr = polar[k, 0] - sx, polar[k, 1] - sr
+            apart = reach * reach - dx * dx - dr * dr
+            if apart <= 0.0:
+                continue
+            product = 2.0 * polar[k, 1] * sr
+            if apart < 2.0 * product:
+                half = math.acos(1.0 - apart / product)
+                start = (s_angle - polar[k, 2] - half) % two_pi
+                if start >= best and start + 2.0 * half < two_pi:
+                    continue
+            if not loaded:
+                to_axis_frame(solids[s, :9], ox, oy, ux, uy, still)
+                sector(still, bounds_s)
+                loaded = True
+            to_axis_frame(solids[m, :9], ox, oy, ux, uy, mov)
+            sector(mov, bounds_m)
+            if sectors_apart(bounds_m, bounds_s, best):
+                continue
+            t = prisms_meet(mov[:6], still[:6], best, planes_m, planes_s, scratch)
+            if sharp[m] or sharp[s]:
+                t = triangles_meet(mov[6:9], still[6:9], t, scratch)
+            if t < best:
+                best, hit_m, hit_s = t, m, s
+    return best, hit_m, hit_s

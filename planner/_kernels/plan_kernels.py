@@ -1,0 +1,349 @@
+"""The greedy fold planner: a ready list with postponement, watched blockers and least-loss concession."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from planner._kernels.contact_kernels import turn_contact
+from planner._kernels.sight_kernels import hidden_share
+
+NOT_BLOCKED, BY_CONTACT, BY_SIGHT = 0, 1, 2
+STEP_ROTATE, STEP_FOLD = 0, 1
+SIGHT_STEP_RAD = math.radians(5.0)
+SIGHT_SUBSTEPS = 3
+OVERHANG_RAD = math.radians(0.5)
+"""A face may lean over its crease by this much, seen along the beam."""
+LEAST_FOLD_RAD = math.radians(0.5)
+
+
+@njit(cache=True)
+def turn_solids(solids, centres, members, ox, oy, ux, uy, angle):  # type: ignore[no-untyped-def]
+    """Turn the ``members`` by ``angle`` (signed) about the line through (ox, oy, 0) along (ux, uy, 0)."""
+    c, s = math.cos(angle), math.sin(angle)
+    for m in members:
+        for k in range(13):
+            if k < 12:
+                dx, dy, dz = solids[m, k, 0] - ox, solids[m, k, 1] - oy, solids[m, k, 2]
+            else:
+                dx, dy, dz = centres[m, 0] - ox, centres[m, 1] - oy, centres[m, 2]
+            along, across = dx * ux + dy * uy, dy * ux - dx * uy
+            turned, height = across * c - dz * s, across * s + dz * c
+            x, y = ox + along * ux - turned * uy, oy + along * uy + turned * ux
+            if k < 12:
+                solids[m, k, 0], solids[m, k, 1], solids[m, k, 2] = x, y, height
+            else:
+                centres[m, 0], centres[m, 1], centres[m, 2] = x, y, height
+
+
+@njit(cache=True)
+def sight_limit(  # type: ignore[no-untyped-def]
+    panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
+    ox, oy, ux, uy, length, sign, limit, kx, ky, up, radius, hidden_max, intervals, turned,
+):  # fmt: skip
+    """Largest angle up to which the crease stays in sight; -1 if it is hidden at the start.
+
+    Samples every SIGHT_STEP_RAD / SIGHT_SUBSTEPS or finer.
+
+    Returns:
+        (angle, blocker, blocker hides enough alone)
+    """
+    count = SIGHT_SUBSTEPS * max(1, math.ceil(limit / SIGHT_STEP_RAD - 1e-9))
+    last = -1.0
+    for k in range(count + 1):
+        angle = limit * k / count
+        share, who, most = hidden_share(
+            panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
+            ox, oy, ux, uy, length, sign, angle, kx, ky, up, radius, intervals, turned,
+        )  # fmt: skip
+        if share > hidden_max:
+            return last, who, most > hidden_max + 0.05
+        last = angle
+    return limit, -1, False
+
+
+@njit(cache=True)
+def fold_greedily(  # type: ignore[no-untyped-def]
+    parent, preorder, first, last, hinges, lengths, target, rank, lever,
+    solids, centres, radii, sharp, present, flat, panel, faces,
+    rotary, ex, ey, hidden_max, radius, margin, use_contact, use_sight, retry,
+):  # fmt: skip
+    """Fold a net as far as it goes.
+
+    Args:
+        parent: (n,) parent face, -1 for the base.
+        preorder: (n,) faces in depth-first order; the subtree of f is preorder[first[f]:last[f]].
+        first, last: (n,) ranges in ``preorder``.
+        hinges: (n, 4) start x, start y and unit direction of the crease in the flat net.
+        lengths: (n,) lengths of the creases.
+        target: (n,) wanted signed angle; 0 for the base and for flat joints.
+        rank: (n,) faces in the order in which they are tried.
+        lever: (n,) what one radian missing at this crease costs.
+        solids, centres, radii, sharp, present, flat: as in ``turn_contact``; net faces first, obstacles behind.
+            ``solids``, ``centres`` and ``flat`` are changed in place to the end of the plan.
+        panel: (N,) number of the panel (faces joined by flat joints) of each solid, -1 for obstacles.
+        faces: number of net faces.
+        rotary: (K,) rotary angles to choose from, in order of preference; the first half lights the top side.
+        ex, ey: direction of the rotary axis in the plane of the net.
+        hidden_max, radius: sight rule and beam radius.
+        margin: angle kept before a contact.
+        use_contact, use_sight: rules that are on.
+        retry: also try conceded creases again while the way to the base is flat.
+
+    Returns:
+        (steps (S, 3): kind, face or rotary index, angle; reached (n,), cause (n,), blocker (n,),
+        free angle at the obstacle (n,))
+    """
+    n, total = faces, len(solids)
+    options = len(rotary)
+    half_options = options // 2
+    angle = np.zeros(n)
+    done = np.zeros(n, np.bool_)
+    conceded = np.zeros(n, np.bool_)
+    frozen = np.zeros(n, np.bool_)
+    waiting = np.zeros(n, np.int64)
+    cause = np.zeros(n, np.int64)
+    blocker = np.full(n, -1, np.int64)
+    stopped_at = np.zeros(n)
+    stamp = np.zeros(total, np.int64)
+    contact_time = np.full(n, -1, np.int64)
+    contact_by = np.full(n, -1, np.int64)
+    contact_angle = np.zeros(n)
+    sight_time = np.full((n, options), -1, np.int64)
+    sight_by = np.full((n, options), -1, np.int64)
+    sight_angle = np.zeros((n, options))
+    moving_mask = np.zeros(total, np.bool_)
+    work, turned, intervals = np.zeros((30, 3)), np.empty((3, 3)), np.empty((total, 2))
+    steps = np.zeros((12 * n + 16, 3))
+    used = 0
+    clock = 0
+    at = 0  # rotary option now
+    kxs, kys, ups = np.empty(options), np.empty(options), np.empty(options)
+    sines, cosines = np.sin(rotary), np.cos(rotary)
+    for r in range(options):
+        kxs[r], kys[r] = math.tan(rotary[r]) * ey, -math.tan(rotary[r]) * ex
+        ups[r] = 1.0 / math.cos(rotary[r])
+    for f in range(n):
+        if parent[f] >= 0:
+            waiting[parent[f]] += 1
+    # flat joints need no turn: they are done as soon as their children are
+    for k in range(n - 1, -1, -1):
+        f = preorder[k]
+        if parent[f] >= 0 and target[f] == 0.0 and waiting[f] == 0:
+            done[f] = True
+            waiting[parent[f]] -= 1
+
+    reach_out = np.zeros(3)
+    while True:
+        best_face, best_option, best_reach, best_loss = -1, -1, 0.0, np.inf
+        progressed = False
+        for attempt in range(options + 1):
+            # the option now in force first, then the others in the order of preference from its side
+            if attempt == 0:
+                r = at
+            else:
+                k = attempt - 1
+                flipped = at >= half_options
+                tilt, side = k // 2, k % 2
+                if tilt == at % half_options and side == 0:
+                    continue
+                r = tilt + (half_options if (side == 1) != flipped else 0)
+                if r == at:
+                    continue
+            while True:
+                folded_any = False
+                for f in rank:
+                    if parent[f] < 0 or target[f] == 0.0 or frozen[f]:
+                        continue
+                    if done[f] and not (retry and conceded[f]):
+                        continue
+                    if waiting[f] > 0 or (target[f] > 0.0) != (r < half_options):
+                        continue
+                    wanted = abs(target[f] - angle[f])
+                    sign = 1.0 if target[f] > 0.0 else -1.0
+                    ox, oy, ux, uy = hinges[f, 0], hinges[f, 1], hinges[f, 2], hinges[f, 3]
+                    members = preorder[first[f] : last[f]]
+                    # contact, remembered while its witness has not moved
+                    free = wanted
+                    if use_contact:
+                        if (
+                            contact_time[f] >= 0
+                            and stamp[contact_by[f]] <= contact_time[f]
+                            and stamp[f] <= contact_time[f]
+                        ):
+                            free = contact_angle[f]
+                        else:
+                            for m in members:
+                                moving_mask[m] = True
+                            if sign > 0.0:
+                                free, _, by = turn_contact(
+                                    f,
+                                    parent[f],
+                                    members,
+                                    moving_mask,
+                                    solids,
+                                    centres,
+                                    radii,
+                                    sharp,
+                                    present,
+                                    ox,
+                                    oy,
+                                    ux,
+                                    uy,
+                                    wanted,
+                                    work,
+                                )
+                            else:
+                                free, _, by = turn_contact(
+                                    f,
+                                    parent[f],
+                                    members,
+                                    moving_mask,
+                                    solids,
+                                    centres,
+                                    radii,
+                                    sharp,
+                                    present,
+                                    ox,
+                                    oy,
+                                    -ux,
+                                    -uy,
+                                    wanted,
+                                    work,
+                                )
+                            for m in members:
+                                moving_mask[m] = False
+                            if by >= 0:
+                                free = max(0.0, free - margin)
+                                contact_time[f], contact_by[f], contact_angle[f] = clock, by, free
+                            else:
+                                contact_time[f] = -1
+                    full = free >= wanted
+                    if conceded[f] and not full:
+                        continue
+                    seen = free
+                    if use_sight:
+                        if (
+                            sight_time[f, r] >= 0
+                            and stamp[sight_by[f, r]] <= sight_time[f, r]
+                            and stamp[f] <= sight_time[f, r]
+                        ):
+                            seen = min(free, sight_angle[f, r])
+                        else:
+                            # the beam must stay between the parent and the turning face
+                            across = sines[r] * (ux * ex + uy * ey)
+                            own = math.atan2(sign * cosines[r], across) + OVERHANG_RAD - abs(angle[f])
+                            if own <= 0.0:
+                                own = 0.0
+                            for m in members:
+                                moving_mask[m] = True
+                            seen, by, alone = sight_limit(
+                                panel[f], panel[parent[f]], panel, moving_mask, flat, solids, centres, radii,
+                                present, ox, oy, ux, uy, lengths[f], sign, min(free, own), kxs[r], kys[r], ups[r], radius,
+                                hidden_max, intervals, turned,
+                            )  # fmt: skip
+                            for m in members:
+                                moving_mask[m] = False
+                            sight_time[f, r] = -1
+                            if by < 0 and own < free:
+                                by, alone = f, True  # the face itself leans over its crease
+                            if by >= 0:
+                                sight_by[f, r], sight_angle[f, r] = by, seen
+                                if alone:
+                                    sight_time[f, r] = clock
+                    if full and seen >= wanted:
+                        if r != at or used == 0:
+                            if r != 0 or used > 0:
+                                steps[used, 0], steps[used, 1], steps[used, 2] = STEP_ROTATE, r, rotary[r]
+                                used += 1
+                            at = r
+                        clock += 1
+                        turn_solids(solids, centres, members, ox, oy, ux, uy, target[f] - angle[f])
+                        for m in members:
+                            stamp[m] = clock
+                            flat[m] = False
+                            if m != f:
+                                frozen[m] = True
+                        angle[f] = target[f]
+                        steps[used, 0], steps[used, 1], steps[used, 2] = STEP_FOLD, f, target[f]
+                        used += 1
+                        cause[f], blocker[f] = NOT_BLOCKED, -1
+                        if not done[f]:
+                            done[f] = True
+                            g = parent[f]
+                            waiting[g] -= 1
+                            while parent[g] >= 0 and target[g] == 0.0 and waiting[g] == 0 and not done[g]:
+                                done[g] = True
+                                g = parent[g]
+                                waiting[g] -= 1
+                        conceded[f] = False
+                        frozen[f] = True
+                        folded_any = True
+                        continue
+                    if conceded[f]:
+                        continue
+                    reach = max(0.0, min(free, seen))
+                    loss = (wanted - reach) * lever[f]
+                    if loss < best_loss - 1e-12:
+                        best_face, best_option, best_reach, best_loss = f, r, reach, loss
+                        reach_out[0] = BY_SIGHT if seen < free - 1e-9 or seen < 0.0 else BY_CONTACT
+                        reach_out[1] = sight_by[f, r] if reach_out[0] == BY_SIGHT else contact_by[f]
+                        reach_out[2] = reach
+                if not folded_any:
+                    break
+                progressed = True
+                best_face, best_loss = -1, np.inf
+            if progressed:
+                break
+        if progressed:
+            continue
+        if best_face < 0:
+            break
+        f = best_face
+        cause[f], blocker[f], stopped_at[f] = (
+            int(reach_out[0]),
+            int(reach_out[1]),
+            abs(angle[f]) + reach_out[2],
+        )
+        if best_reach > LEAST_FOLD_RAD:
+            sign = 1.0 if target[f] > 0.0 else -1.0
+            if best_option != at or used == 0:
+                if best_option != 0 or used > 0:
+                    steps[used, 0], steps[used, 1], steps[used, 2] = (
+                        STEP_ROTATE,
+                        best_option,
+                        rotary[best_option],
+                    )
+                    used += 1
+                at = best_option
+            members = preorder[first[f] : last[f]]
+            clock += 1
+            turn_solids(
+                solids,
+                centres,
+                members,
+                hinges[f, 0],
+                hinges[f, 1],
+                hinges[f, 2],
+                hinges[f, 3],
+                sign * best_reach,
+            )
+            for m in members:
+                stamp[m] = clock
+                flat[m] = False
+                if m != f:
+                    frozen[m] = True
+            angle[f] += sign * best_reach
+            steps[used, 0], steps[used, 1], steps[used, 2] = STEP_FOLD, f, angle[f]
+            used += 1
+        done[f] = True
+        conceded[f] = True
+        g = parent[f]
+        waiting[g] -= 1
+        while parent[g] >= 0 and target[g] == 0.0 and waiting[g] == 0 and not done[g]:
+            done[g] = True
+            g = parent[g]
+            waiting[g] -= 1
+    return steps[:used].copy(), angle, cause, blocker, stopped_at

@@ -1,0 +1,251 @@
+"""One goal under given limits, ready for the greedy fold planner: solids, levers and the figures of a result."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.fold_plan import MachineLimits
+from planner.goal_mesh import GoalMesh
+from planner.insets import inset_triangles, prism_corners
+from planner.kinematics import rigid_fit
+
+__all__ = ["CONTACT_MARGIN_RAD", "RULES", "FlatTree", "FoldProblem", "FoldResult", "rotary_angles"]
+
+CONTACT_MARGIN_RAD = 0.003
+"""Angle that a crease keeps before a contact."""
+
+RULES = ("outside-in", "side", "sight", "contact", "substrate", "held", "clearance")
+"""Names of the rules that a study may switch off."""
+
+SIGHT_RESERVE = 0.8
+"""Share of ``hidden_max`` that the planner uses: an independent check samples where this one computes."""
+
+
+def rotary_angles(max_tilt_rad: float) -> NDArray[np.float64]:
+    """(K,) rotary angles that the planner chooses from, the first half with the top side up.
+
+    Straight beams first, then tilts of half the limit and of all of it, to both sides.
+    """
+    tilts = [0.0]
+    if max_tilt_rad > np.radians(1.0):
+        for share in (0.5, 1.0):
+            tilts += [share * max_tilt_rad, -share * max_tilt_rad]
+    top = np.array(tilts)
+    return np.concatenate([top, np.pi + top])
+
+
+@dataclass(frozen=True, eq=False)
+class FlatTree:
+    """A flat net as plain arrays, the form in which the search passes nets on.
+
+    Attributes:
+        base: the stationary face.
+        parent: (F,) parent face, -1 for the base.
+        slot: (F,) corner k of the child at which its crease starts (corner k to corner k + 1), -1 for the base.
+        order: (F,) faces, every parent before its children.
+        corners: (F, 3, 2) flat positions, mm.
+        target: (F,) wanted fold angle at the crease of each face in rad, 0 for flat joints and the base.
+        axis: (2,) unit direction of the rotary axis in the plane of ``corners``.
+    """
+
+    base: int
+    parent: NDArray[np.int64]
+    slot: NDArray[np.int64]
+    order: NDArray[np.int64]
+    corners: NDArray[np.float64]
+    target: NDArray[np.float64]
+    axis: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class FoldResult:
+    """What the greedy planner reached on one net.
+
+    Attributes:
+        steps: (S, 3) rows (kind, face or rotary option, angle in rad); kinds as in the kernel.
+        reached: (F,) angle at the crease of each face.
+        cause: (F,) 0 folded, 1 contact, 2 sight.
+        blocker: (F,) solid that stops it, -1 if none; numbers from F on are obstacles.
+        stopped_at: (F,) absolute angle at which it is stopped.
+        completion: sum of reached over sum of wanted angles (1 if nothing is to be folded).
+        shape_rms: root mean square distance of the face corners to the goal after the best rigid fit, mm.
+        rotations: how often the rotary turns.
+    """
+
+    steps: NDArray[np.float64]
+    reached: NDArray[np.float64]
+    cause: NDArray[np.int64]
+    blocker: NDArray[np.int64]
+    stopped_at: NDArray[np.float64]
+    completion: float
+    shape_rms: float
+    rotations: int
+
+
+def subtree_ranges(
+    parent: NDArray[np.int64], order: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Depth-first order of a tree and, for each node, the range of its subtree in that order.
+
+    Args:
+        parent: (F,) parent of each node, -1 for the root.
+        order: (F,) nodes, parents before children.
+
+    Returns:
+        (preorder, first, last), each (F,): the subtree of f is ``preorder[first[f]:last[f]]``.
+    """
+    size = np.ones(len(parent), dtype=np.int64)
+    nodes = order.tolist()
+    above = parent.tolist()
+    for node in nodes[:0:-1]:
+        size[above[node]] += size[node]
+    first = np.zeros(len(parent), dtype=np.int64)
+    free = np.ones(len(parent), dtype=np.int64)
+    for node in nodes[1:]:
+        up = above[node]
+        first[node] = first[up] + free[up]
+        free[up] += size[node]
+    preorder = np.empty(len(parent), dtype=np.int64)
+    preorder[first] = np.arange(len(parent))
+    return preorder, first, first + size
+
+
+class FoldProblem:
+    """One goal under given limits: evaluates nets by folding them greedily with all rules on.
+
+    Args:
+        goal: the mesh to fold.
+        insets: (F, 3) inset of every edge, from ``planner.insets.edge_insets``.
+        limits: what rig and material allow.
+        hidden_max: largest hidden share of a crease.
+        without: names of rules that are switched off.
+    """
+
+    def __init__(
+        self,
+        goal: GoalMesh,
+        insets: NDArray[np.float64],
+        limits: MachineLimits,
+        *,
+        hidden_max: float = 0.05,
+        without: Collection[str] = (),
+    ) -> None:
+        self.goal = goal
+        self.limits = limits
+        self.insets = insets
+        self.hidden_max = hidden_max
+        self.use_contact = "contact" not in without
+        self.use_sight = "sight" not in without
+        self.rotary = rotary_angles(limits.max_tilt_rad)
+        self.corners_3d = goal.vertices[goal.faces]
+        self.centroids_3d = self.corners_3d.mean(axis=1)
+        plain = np.full((len(goal.faces), 3), limits.clearance)
+        lengths = np.linalg.norm(np.roll(self.corners_3d, -1, axis=1) - self.corners_3d, axis=2)
+        a, b, c = (self.corners_3d[:, k] for k in range(3))
+        self._double_area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        inradius = self._double_area / lengths.sum(axis=1)
+        self._mid_insets = np.minimum(plain, 0.75 * inradius[:, None])
+        self._sharp = (insets > self._mid_insets + 1e-9).any(axis=1)
+
+    def solids(self, tree: FlatTree) -> NDArray[np.float64]:
+        """(F, 12, 3) corners of every face in the flat sheet: prism, inset triangle, full triangle."""
+        flat = np.zeros((len(tree.corners), 3, 3))
+        flat[:, :, :2] = tree.corners
+        prism = prism_corners(flat, self.insets, 0.5 * self.limits.thickness)
+        return np.concatenate([prism, inset_triangles(flat, self._mid_insets), flat], axis=1)
+
+    def levers(self, tree: FlatTree) -> NDArray[np.float64]:
+        """(F,) rms displacement of the part in mm per radian missing at the crease of each face."""
+        count = len(tree.parent)
+        out = np.zeros(count)
+        preorder, first, last = subtree_ranges(tree.parent, tree.order)
+        faces = self.goal.faces
+        for face in range(count):
+            if tree.target[face] == 0.0:
+                continue
+            start = self.goal.vertices[faces[face, tree.slot[face]]]
+            end = self.goal.vertices[faces[face, (tree.slot[face] + 1) % 3]]
+            axis = (end - start) / np.linalg.norm(end - start)
+            arm = self.centroids_3d[preorder[first[face] : last[face]]] - start
+            out[face] = np.sqrt(((arm**2).sum() - ((arm @ axis) ** 2).sum()) / count)
+        return out
+
+    def fold(
+        self,
+        tree: FlatTree,
+        *,
+        obstacles: NDArray[np.float64] | None = None,
+        rank: NDArray[np.int64] | None = None,
+    ) -> FoldResult:
+        """Fold ``tree`` as far as it goes.
+
+        Args:
+            tree: the flat net, overlap-free.
+            obstacles: (M, 12, 3) solids that stand still in the sheet plane and must not be touched.
+            rank: (F,) faces in the order in which they are tried; deepest first if not given.
+        """
+        from planner._kernels.plan_kernels import fold_greedily
+
+        count = len(tree.parent)
+        solids = self.solids(tree)
+        sharp = self._sharp
+        if obstacles is not None and len(obstacles):
+            solids = np.concatenate([solids, obstacles])
+            sharp = np.concatenate([sharp, np.zeros(len(obstacles), dtype=np.bool_)])
+        centres = 0.5 * (solids.min(axis=1) + solids.max(axis=1))
+        radii = np.sqrt(((solids - centres[:, None]) ** 2).sum(axis=2).max(axis=1))
+        preorder, first, last = subtree_ranges(tree.parent, tree.order)
+        rows = np.arange(count)
+        start = tree.corners[rows, tree.slot]
+        along = tree.corners[rows, (tree.slot + 1) % 3] - start
+        lengths = np.linalg.norm(along, axis=1)
+        hinges = np.concatenate([start, along / lengths[:, None]], axis=1)
+        steps, reached, cause, blocker, stopped_at = fold_greedily(
+            tree.parent, preorder, first, last, hinges, lengths, tree.target,
+            np.ascontiguousarray(tree.order[::-1]) if rank is None else rank, self.levers(tree),
+            solids, centres, radii, sharp, np.ones(len(solids), np.bool_), np.ones(len(solids), np.bool_),
+            panel_numbers(tree, len(solids)), count,
+            self.rotary, float(tree.axis[0]), float(tree.axis[1]), self.hidden_max * SIGHT_RESERVE,
+            self.limits.beam_radius, CONTACT_MARGIN_RAD, self.use_contact, self.use_sight, True,
+        )  # fmt: skip
+        wanted = np.abs(tree.target).sum()
+        return FoldResult(
+            steps=steps,
+            reached=reached,
+            cause=cause,
+            blocker=blocker,
+            stopped_at=stopped_at,
+            completion=float(np.minimum(np.abs(reached), np.abs(tree.target)).sum() / wanted)
+            if wanted
+            else 1.0,
+            shape_rms=shape_rms(solids[:count, 9:12], self.corners_3d),
+            rotations=int((steps[:, 0] == 0).sum()),
+        )
+
+
+def panel_numbers(tree: FlatTree, total: int) -> NDArray[np.int64]:
+    """(total,) number of the flat panel of each solid: faces joined by flat joints share one, obstacles get -1."""
+    panel = np.full(total, -1, dtype=np.int64)
+    for face in tree.order.tolist():
+        up = int(tree.parent[face])
+        panel[face] = panel[up] if up >= 0 and tree.target[face] == 0.0 else face
+    return panel
+
+
+def shape_rms(corners: NDArray[np.float64], goal_corners: NDArray[np.float64]) -> float:
+    """Root mean square distance in mm of face corners (F, 3, 3) to those of the goal after the best rigid fit."""
+    points, target = corners.reshape(-1, 3), goal_corners.reshape(-1, 3)
+    turn, shift = rigid_fit(points, target)
+    return float(np.sqrt(((points @ turn.T + shift - target) ** 2).sum(axis=1).mean()))
+
+
+def tree_of(values: Any, axis: NDArray[np.float64]) -> FlatTree:
+    """A ``FlatTree`` with another rotary axis (2,)."""
+    return FlatTree(
+        values.base, values.parent, values.slot, values.order, values.corners, values.target, axis
+    )
