@@ -1,0 +1,1 @@
+"""MJCF parts that the twin builds its scene from; found through ``importlib.resources``."""

@@ -1,0 +1,21 @@
+"""Errors of the twin: one root, each with a built-in mix-in."""
+
+from __future__ import annotations
+
+__all__ = ["ModelError", "SimulationError", "TwinError", "ValidationFileError"]
+
+
+class TwinError(Exception):
+    """Root of every error that the twin raises."""
+
+
+class ModelError(TwinError, ValueError):
+    """No MuJoCo model can be made of the plan, or the model does not belong to it (exit code 2)."""
+
+
+class SimulationError(TwinError, RuntimeError):
+    """A simulation could not be run at all (a diverged run is a verdict, not an error)."""
+
+
+class ValidationFileError(TwinError, ValueError):
+    """A certificate does not follow its format (exit code 2)."""
