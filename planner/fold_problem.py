@@ -1,10 +1,9 @@
-"""One goal under given limits, ready for the greedy fold planner: solids, levers and the figures of a result."""
+"""One goal under given limits, ready for the greedy fold planner: solids, levers, figures of a result."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,7 +45,7 @@ class FlatTree:
     Attributes:
         base: the stationary face.
         parent: (F,) parent face, -1 for the base.
-        slot: (F,) corner k of the child at which its crease starts (corner k to corner k + 1), -1 for the base.
+        slot: (F,) corner k of the child where its crease (corner k to k + 1) starts, -1 for the base.
         order: (F,) faces, every parent before its children.
         corners: (F, 3, 2) flat positions, mm.
         target: (F,) wanted fold angle at the crease of each face in rad, 0 for flat joints and the base.
@@ -85,34 +84,6 @@ class FoldResult:
     completion: float
     shape_rms: float
     rotations: int
-
-
-def subtree_ranges(
-    parent: NDArray[np.int64], order: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Depth-first order of a tree and, for each node, the range of its subtree in that order.
-
-    Args:
-        parent: (F,) parent of each node, -1 for the root.
-        order: (F,) nodes, parents before children.
-
-    Returns:
-        (preorder, first, last), each (F,): the subtree of f is ``preorder[first[f]:last[f]]``.
-    """
-    size = np.ones(len(parent), dtype=np.int64)
-    nodes = order.tolist()
-    above = parent.tolist()
-    for node in nodes[:0:-1]:
-        size[above[node]] += size[node]
-    first = np.zeros(len(parent), dtype=np.int64)
-    free = np.ones(len(parent), dtype=np.int64)
-    for node in nodes[1:]:
-        up = above[node]
-        first[node] = first[up] + free[up]
-        free[up] += size[node]
-    preorder = np.empty(len(parent), dtype=np.int64)
-    preorder[first] = np.arange(len(parent))
-    return preorder, first, first + size
 
 
 class FoldProblem:
@@ -159,22 +130,6 @@ class FoldProblem:
         prism = prism_corners(flat, self.insets, 0.5 * self.limits.thickness)
         return np.concatenate([prism, inset_triangles(flat, self._mid_insets), flat], axis=1)
 
-    def levers(self, tree: FlatTree) -> NDArray[np.float64]:
-        """(F,) rms displacement of the part in mm per radian missing at the crease of each face."""
-        count = len(tree.parent)
-        out = np.zeros(count)
-        preorder, first, last = subtree_ranges(tree.parent, tree.order)
-        faces = self.goal.faces
-        for face in range(count):
-            if tree.target[face] == 0.0:
-                continue
-            start = self.goal.vertices[faces[face, tree.slot[face]]]
-            end = self.goal.vertices[faces[face, (tree.slot[face] + 1) % 3]]
-            axis = (end - start) / np.linalg.norm(end - start)
-            arm = self.centroids_3d[preorder[first[face] : last[face]]] - start
-            out[face] = np.sqrt(((arm**2).sum() - ((arm @ axis) ** 2).sum()) / count)
-        return out
-
     def fold(
         self,
         tree: FlatTree,
@@ -190,6 +145,7 @@ class FoldProblem:
             rank: (F,) faces in the order in which they are tried; deepest first if not given.
         """
         from planner._kernels.plan_kernels import fold_greedily
+        from planner._kernels.tree_kernels import lever_arms, subtree_ranges
 
         count = len(tree.parent)
         solids = self.solids(tree)
@@ -201,13 +157,17 @@ class FoldProblem:
         radii = np.sqrt(((solids - centres[:, None]) ** 2).sum(axis=2).max(axis=1))
         preorder, first, last = subtree_ranges(tree.parent, tree.order)
         rows = np.arange(count)
+        levers = lever_arms(
+            preorder, first, last, tree.target, self.corners_3d[rows, tree.slot],
+            self.corners_3d[rows, (tree.slot + 1) % 3], self.centroids_3d,
+        )  # fmt: skip
         start = tree.corners[rows, tree.slot]
         along = tree.corners[rows, (tree.slot + 1) % 3] - start
         lengths = np.linalg.norm(along, axis=1)
         hinges = np.concatenate([start, along / lengths[:, None]], axis=1)
         steps, reached, cause, blocker, stopped_at = fold_greedily(
             tree.parent, preorder, first, last, hinges, lengths, tree.target,
-            np.ascontiguousarray(tree.order[::-1]) if rank is None else rank, self.levers(tree),
+            np.ascontiguousarray(tree.order[::-1]) if rank is None else rank, levers,
             solids, centres, radii, sharp, np.ones(len(solids), np.bool_), np.ones(len(solids), np.bool_),
             panel_numbers(tree, len(solids)), count,
             self.rotary, float(tree.axis[0]), float(tree.axis[1]), self.hidden_max * SIGHT_RESERVE,
@@ -229,7 +189,7 @@ class FoldProblem:
 
 
 def panel_numbers(tree: FlatTree, total: int) -> NDArray[np.int64]:
-    """(total,) number of the flat panel of each solid: faces joined by flat joints share one, obstacles get -1."""
+    """(total,) number of the flat panel of each solid: faces on flat joints share one, obstacles have -1."""
     panel = np.full(total, -1, dtype=np.int64)
     for face in tree.order.tolist():
         up = int(tree.parent[face])
@@ -238,14 +198,7 @@ def panel_numbers(tree: FlatTree, total: int) -> NDArray[np.int64]:
 
 
 def shape_rms(corners: NDArray[np.float64], goal_corners: NDArray[np.float64]) -> float:
-    """Root mean square distance in mm of face corners (F, 3, 3) to those of the goal after the best rigid fit."""
+    """Root mean square distance, mm, of face corners (F, 3, 3) to the goal's after the best rigid fit."""
     points, target = corners.reshape(-1, 3), goal_corners.reshape(-1, 3)
     turn, shift = rigid_fit(points, target)
     return float(np.sqrt(((points @ turn.T + shift - target) ** 2).sum(axis=1).mean()))
-
-
-def tree_of(values: Any, axis: NDArray[np.float64]) -> FlatTree:
-    """A ``FlatTree`` with another rotary axis (2,)."""
-    return FlatTree(
-        values.base, values.parent, values.slot, values.order, values.corners, values.target, axis
-    )
