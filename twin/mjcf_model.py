@@ -208,7 +208,7 @@ class _Writer:
     def _prism(
         self, parent: ET.Element, name: str, kind: str, outline: NDArray[np.float64], area: float
     ) -> ET.Element:
-        """Geom of the prism over ``outline`` (K, 2), in the frame of ``parent``; ``area`` in mm² gives the mass."""
+        """Geom of the prism over ``outline`` (K, 2), in the frame of ``parent``; mass by ``area``."""
         corners = np.zeros((2, len(outline), 3))
         corners[:, :, :2] = outline
         corners[0, :, 2], corners[1, :, 2] = self.half, -self.half

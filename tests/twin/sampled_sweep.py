@@ -1,0 +1,46 @@
+"""The sweep done the slow way: MuJoCo's collision detection at poses so near that nothing slips through."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from planner.fold_plan import FoldPlan
+from twin.loaded_model import LoadedModel
+from twin.mjcf_model import CompiledModel
+from twin.timeline import turns
+
+
+def sampled_hits(
+    compiled: CompiledModel, plan: FoldPlan, tolerance_mm: float = 0.005, finest: float = 0.5
+) -> dict[tuple[int, frozenset[tuple[str, int]]], tuple[float, float]]:
+    """(step, pair) → (angle before, angle of the first hit); no tip moves more than ``finest`` * t."""
+    loaded = LoadedModel(compiled, plan.net)
+    model, data = loaded.model, loaded.data
+    net = plan.net
+    found: dict[tuple[int, frozenset[tuple[str, int]]], tuple[float, float]] = {}
+    for turn in turns(plan, compiled.side):
+        mujoco.mj_kinematics(model, data)
+        joint = loaded.joint[turn.joint]
+        moving = loaded.face_geom[turn.moving_faces]
+        reach = np.linalg.norm(
+            np.cross(data.geom_xpos[moving] - data.xanchor[joint], data.xaxis[joint]), axis=1
+        )
+        radius = (reach + model.geom_rbound[moving]).max()
+        sweep = turn.to_rad - turn.from_rad
+        count = max(1, int(np.ceil(abs(sweep) * radius / (finest * plan.limits.thickness))))
+        loaded.moving_contacts_on(turn)
+        before = turn.from_rad
+        for angle in np.linspace(turn.from_rad, turn.to_rad, count + 1):
+            loaded.set_angle(turn.joint, float(angle))
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_collision(model, data)
+            for n in np.flatnonzero(data.contact.dist < -tolerance_mm).tolist():
+                pair = frozenset(loaded.owner[int(g)] for g in data.contact.geom[n])
+                faces = sorted(k for kind, k in pair if kind == "face")
+                if len(faces) == 2 and (net.parent[faces[0]] == faces[1] or net.parent[faces[1]] == faces[0]):
+                    continue
+                found.setdefault((turn.step, pair), (float(before), float(angle)))
+            before = angle
+        loaded.set_angle(turn.joint, turn.to_rad)
+    return found

@@ -1,0 +1,173 @@
+"""The kinematic sweep against dense sampling by MuJoCo; its bounds against brute force."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner.fold_plan import Clip, Fold, FoldPlan, Sheet
+from planner.kinematics import rotation_about_line
+from tests.twin.hand_plans import (
+    box,
+    breadth_first_net,
+    icosahedron,
+    outside_in_steps,
+    plan_of,
+    ring_sheet,
+    star,
+)
+from tests.twin.sampled_sweep import sampled_hits
+from twin.errors import ModelError
+from twin.mjcf_model import compile_model
+from twin.sweep import DEPTH_TOLERANCE_MM, kinematic_sweep
+from twin.sweep_bounds import first_reach, may_meet
+
+
+@pytest.mark.parametrize("goal", [box(), box(40, 3, 3), star(), star(7), icosahedron(), icosahedron(30, 1)])
+def test_clean_plans_have_no_hit(goal) -> None:
+    plan = plan_of(breadth_first_net(goal))
+    result = kinematic_sweep(compile_model(plan), plan)
+    assert result.events == ()
+    assert result.turns == sum(isinstance(s, Fold) for s in plan.steps)
+    assert result.closest_mm > 0.0
+
+
+def shuffled(net, seed: int, factor: float = 1.0) -> FoldPlan:
+    folds = [s for s in outside_in_steps(net) if isinstance(s, Fold)]
+    order = np.random.default_rng(seed).permutation(len(folds))
+    return plan_of(net, [Fold(folds[i].crease, folds[i].to_rad * factor) for i in order])
+
+
+def named_hits(compiled, events) -> dict:
+    out = {}
+    for e in events:
+        pair = [("face", f) for f in e.faces]
+        pair += [
+            ("sheet", k) for k, p in enumerate(compiled.side.pieces) if set(e.substrate) & set(p.triangles)
+        ]
+        out.setdefault((e.step, frozenset(pair)), e)
+    return out
+
+
+@pytest.mark.parametrize(
+    ("goal", "seed", "factor"),
+    [
+        (box(), 1, 2.5),
+        (icosahedron(), 2, 2.2),
+        (icosahedron(), 3, 2.5),
+        (icosahedron(30, 1), 4, 1.6),
+        (box(), 7, 2.0),
+    ],
+)
+def test_hits_are_those_of_dense_sampling(goal, seed: int, factor: float) -> None:
+    plan = shuffled(breadth_first_net(goal), seed, factor)
+    compiled = compile_model(plan)
+    mine = named_hits(compiled, kinematic_sweep(compiled, plan).events)
+    deep = sampled_hits(compiled, plan, tolerance_mm=4 * DEPTH_TOLERANCE_MM)
+    light = sampled_hits(compiled, plan, tolerance_mm=0.0)
+    assert set(deep) <= set(mine)
+    assert set(mine) <= set(light)
+    assert mine
+    for key, event in mine.items():  # shallow touches may linger, and MuJoCo's depths differ by their path
+        assert abs(event.angle_rad - light[key][1]) < np.radians(1.0)
+
+
+def test_a_fold_through_a_neighbour_names_pair_step_and_angle() -> None:
+    """Every side of a box folded too far: sides meet, and the event says which, when and where."""
+    goal = box(20, 20, 20)
+    net = breadth_first_net(goal)
+    folds = [s for s in outside_in_steps(net) if isinstance(s, Fold)]
+    plan = plan_of(net, [Fold(f.crease, f.to_rad * 1.3) for f in folds])
+    compiled = compile_model(plan)
+    result = kinematic_sweep(compiled, plan)
+    assert result.events
+    first = result.events[0]
+    assert first.kind == "contact"
+    assert isinstance(plan.steps[first.step], Fold)
+    assert plan.steps[first.step].crease == first.crease
+    assert f"face {first.faces[0]}" in first.detail
+    assert first.depth_mm > DEPTH_TOLERANCE_MM
+
+
+def test_sheet_is_hit_until_it_is_clipped() -> None:
+    """A flap as long as the box turned over onto substrate beyond the base."""
+    goal = box(20, 20, 20)
+    net = breadth_first_net(goal)
+    child = max(range(len(net.faces)), key=lambda f: len(net.subtree[f]) if net.crease_of[f] >= 0
+                and net.assignment[net.crease_of[f]] != "F" else -1)  # fmt: skip
+    start, end = net.hinge(child)
+    crease = int(net.crease_of[child])
+    # a triangle lies where the far end of the flap comes down, mirrored across the crease
+    far = net.vertices[net.faces[net.subtree[child]]].reshape(-1, 2)
+    u = (end - start) / np.linalg.norm(end - start)
+    n = np.array([-u[1], u[0]])
+    tip = far[np.argmax(np.abs((far - start) @ n))]
+    mirrored = tip - 2 * ((tip - start) @ n) * n
+    ring = ring_sheet(net, gap=50.0)
+    extra = mirrored + 0.5 * np.array([[-1, -1], [1, -1], [0, 1]])
+    sheet = Sheet(
+        outline=ring.outline, vertices=np.vstack([ring.vertices, extra]),
+        faces=np.vstack([ring.faces, [[8, 9, 10]]]), frame_faces=np.append(ring.frame_faces, False), tabs=(),
+        rotary_axis=ring.rotary_axis,
+    )  # fmt: skip
+    fold = Fold(crease, float(np.radians(-178.0)))
+    hit = plan_of(net, [fold], sheet)
+    events = kinematic_sweep(compile_model(hit), hit).events
+    blocked = [e for e in events if e.substrate]
+    clipped = plan_of(net, [Clip((8,)), fold], sheet)
+    free = [e for e in kinematic_sweep(compile_model(clipped), clipped).events if e.substrate]
+    assert [e.substrate for e in blocked] and all(e.substrate == (8,) for e in blocked)
+    assert free == []
+
+
+def test_a_model_of_another_net_is_refused() -> None:
+    compiled = compile_model(plan_of(breadth_first_net(box())))
+    with pytest.raises(ModelError, match="another net"):
+        kinematic_sweep(compiled, plan_of(breadth_first_net(star())))
+
+
+finite = st.floats(-10, 10, width=32)
+
+
+@given(st.integers(0, 10**6), st.floats(0.05, 3.0))
+def test_no_pair_that_meets_is_dropped_and_no_plane_is_trusted_too_long(seed: int, sweep: float) -> None:
+    rng = np.random.default_rng(seed)
+    moving = rng.uniform(-5, 5, (6, 1, 3)) + rng.uniform(-2, 2, (6, 6, 3))
+    rest = rng.uniform(-5, 5, (5, 1, 3)) + rng.uniform(-2, 2, (5, 8, 3))
+    axis = rng.normal(size=3)
+    axis /= np.linalg.norm(axis)
+    kept = set(zip(*(index.tolist() for index in may_meet(moving, rest, axis, sweep)), strict=True))
+    i, j = np.divmod(np.arange(30), 5)
+    normal = rest[j].mean(axis=1) - moving[i].mean(axis=1)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    step = first_reach(moving[i], rest[j], axis, np.zeros(30), normal, sweep)
+    for angle in np.linspace(0.0, sweep, 60):
+        turned = moving @ rotation_about_line(np.zeros(3), axis, float(angle))[:3, :3].T
+        gap = np.einsum("nkd,nd->nk", rest[j], normal).min(1) - np.einsum(
+            "nkd,nd->nk", turned[i], normal
+        ).max(1)
+        assert np.all(gap[angle < step] > -1e-9)
+        # a body that holds a corner of the other meets it for sure: such a pair must have been kept
+        for m, r in zip(i.tolist(), j.tolist(), strict=True):
+            if (m, r) not in kept:
+                inner, outer = turned[m].mean(axis=0), rest[r].mean(axis=0)
+                assert np.linalg.norm(inner - outer) > 1e-6
+
+
+@given(st.integers(0, 10**6), st.floats(0.05, 3.0))
+def test_pairs_with_a_common_point_are_kept(seed: int, sweep: float) -> None:
+    """Bodies are built around a point that both hold at some angle of the turn: they do meet."""
+    rng = np.random.default_rng(seed)
+    axis = rng.normal(size=3)
+    axis /= np.linalg.norm(axis)
+    point = rng.uniform(-5, 5, 3)
+    back = rotation_about_line(np.zeros(3), axis, -float(rng.uniform(0, sweep)))[:3, :3] @ point
+
+    def around(p):
+        corners = rng.uniform(-1, 1, (5, 3))
+        return np.vstack([corners, -corners.sum(axis=0)]) + p  # the mean, so a point of the hull, is p
+
+    i, j = may_meet(around(back)[None], around(point)[None], axis, sweep)
+    assert i.tolist() == [0] and j.tolist() == [0]

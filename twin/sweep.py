@@ -1,0 +1,270 @@
+"""The kinematic sweep: does anything touch while the plan is played without forces?
+
+MuJoCo measures the distance of every pair of a moving and a resting body. Between two poses a pair is skipped
+only if a plane proves that it stays apart: the plane between the nearest points stands still, and the first angle
+at which a corner of the moving body reaches it has a closed form. Where no plane helps, the pair is measured
+again before any of its corners has moved by more than half a thickness.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.fold_plan import FoldPlan
+from twin.events import Event
+from twin.loaded_model import LoadedModel, quiet_mujoco
+from twin.mjcf_model import CompiledModel
+from twin.sweep_bounds import first_reach, may_meet
+from twin.timeline import Turn, turns
+
+__all__ = ["DEPTH_TOLERANCE_MM", "SweepResult", "kinematic_sweep"]
+
+DEPTH_TOLERANCE_MM = 0.005
+"""Penetration that is not yet a hit: the play in the mitres of the prisms."""
+
+_FAR_MM = 1e4
+_BISECTIONS = 24
+
+
+@dataclass(frozen=True)
+class SweepResult:
+    """What the sweep found.
+
+    Attributes:
+        events: contacts, in the order of the plan, the first of each pair and step.
+        turns: how many turns were played.
+        measured: how many distances MuJoCo measured.
+        closest_mm: smallest distance of a pair that is not a hit, over all poses that were measured.
+    """
+
+    events: tuple[Event, ...]
+    turns: int
+    measured: int
+    closest_mm: float
+
+
+def kinematic_sweep(
+    compiled: CompiledModel, plan: FoldPlan, *, tolerance_mm: float = DEPTH_TOLERANCE_MM
+) -> SweepResult:
+    """Play every turn of ``plan`` and report each pair that meets, with the angle at which it does.
+
+    All pairs of a moving body with a resting one count but the two faces of the turning crease; after each
+    turn MuJoCo's own collision detection looks at everything once more.
+
+    Raises:
+        ModelError: if the model was compiled from another net.
+    """
+    loaded = LoadedModel(compiled, plan.net)
+    sweeper = _Sweeper(loaded, plan, tolerance_mm)
+    events: list[Event] = []
+    played = turns(plan, compiled.side)
+    with quiet_mujoco():
+        for turn in played:
+            found = sweeper.play(turn)
+            events += found
+            loaded.set_angle(turn.joint, turn.to_rad)
+            mujoco.mj_kinematics(loaded.model, loaded.data)
+            known = {e.pair for e in events}
+            events += [e for e in sweeper.full_check(turn) if e.pair not in known]
+    return SweepResult(tuple(events), len(played), sweeper.measured, sweeper.closest)
+
+
+class _Sweeper:
+    def __init__(self, loaded: LoadedModel, plan: FoldPlan, tolerance_mm: float) -> None:
+        self.loaded, self.plan, self.tolerance = loaded, plan, tolerance_mm
+        self.net = plan.net
+        self.half_thickness = plan.limits.thickness / 2.0
+        self.local = _geom_vertices(loaded)
+        self.neighbour_of = {int(e): (f, int(self.net.parent[f])) for e, f in self.net.child_of.items()}
+        self.measured = 0
+        self.closest = np.inf
+
+    def world(self, geoms: NDArray[np.int64]) -> NDArray[np.float64]:
+        """(G, K, 3) corners of geoms in the present pose."""
+        turn = self.loaded.data.geom_xmat[geoms].reshape(-1, 3, 3)
+        corners: NDArray[np.float64] = (
+            np.einsum("gij,gkj->gki", turn, self.local[geoms]) + self.loaded.data.geom_xpos[geoms][:, None]
+        )
+        return corners
+
+    def play(self, turn: Turn) -> list[Event]:
+        """Events of one turn, from the pose before it; leaves the data in an undefined pose."""
+        loaded, data = self.loaded, self.loaded.data
+        sweep = turn.to_rad - turn.from_rad
+        moving = np.concatenate(
+            [loaded.face_geom[turn.moving_faces], loaded.piece_geom[turn.moving_pieces & ~turn.gone]]
+        )
+        rest = np.concatenate(
+            [loaded.face_geom[~turn.moving_faces], loaded.piece_geom[~turn.moving_pieces & ~turn.gone]]
+        )
+        if sweep == 0.0 or not len(moving) or not len(rest):
+            return []
+        joint = loaded.joint[turn.joint]
+        anchor, axis = data.xanchor[joint].copy(), data.xaxis[joint] * np.sign(sweep)
+        moving_corners = self.world(moving) - anchor
+        rest_corners = self.world(rest) - anchor
+        i, j = may_meet(moving_corners, rest_corners, axis, abs(sweep))
+        keep = ~self._exempt(turn, moving[i], rest[j])
+        i, j = i[keep], j[keep]
+        radius = np.linalg.norm(np.cross(moving_corners, axis), axis=2).max(axis=1)
+        least_step = self.half_thickness / np.maximum(radius, 1e-9)
+        pose = _Pose(loaded, moving, anchor, axis)
+        at = np.zeros(len(i))
+        hits: dict[tuple[int, int], tuple[float, float, NDArray[np.float64]]] = {}
+        while len(i):
+            distance, normal, witness = self._measure(pose, moving[i], rest[j], i, at)
+            hit = distance < -self.tolerance
+            for n in np.flatnonzero(hit).tolist():
+                a, b = int(i[n]), int(j[n])
+                before = max(0.0, at[n] - least_step[a])
+                angle = self._onset(pose, moving[a], rest[b], a, before, at[n]) if at[n] > 0.0 else 0.0
+                hits[int(moving[a]), int(rest[b])] = (angle, -float(distance[n]), witness[n])
+            go = ~hit
+            i, j, at = i[go], j[go], at[go]
+            if not len(i):
+                break
+            step = first_reach(moving_corners[i], rest_corners[j], axis, at, normal[go], abs(sweep))
+            # A pair whose plane holds to the end needs no further look; all others are measured there too.
+            done = (at >= abs(sweep)) | (step >= abs(sweep) - at)
+            at = np.minimum(at + np.maximum(step, least_step[i]), abs(sweep))
+            i, j, at = i[~done], j[~done], at[~done]
+        return self._as_events(turn, hits)
+
+    def _measure(
+        self, pose: _Pose, moving: NDArray[np.int64], rest: NDArray[np.int64],
+        body: NDArray[np.int64], at: NDArray[np.float64],
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
+        """Signed distance (N,), direction from moving to rest (N, 3), point between (N, 3) of each pair."""
+        count = len(moving)
+        distance, fromto = np.empty(count), np.empty((count, 6))
+        segment = np.zeros(6)
+        model, data = self.loaded.model, self.loaded.data
+        for n, (a, b, k, angle) in enumerate(
+            zip(moving.tolist(), rest.tolist(), body.tolist(), at.tolist(), strict=True)
+        ):
+            pose.put(a, k, angle)
+            distance[n] = mujoco.mj_geomDistance(model, data, a, b, _FAR_MM, segment)
+            fromto[n] = segment
+        self.measured += count
+        apart = distance > -self.tolerance
+        if apart.any():
+            self.closest = min(self.closest, float(distance[apart].min()))
+        normal = fromto[:, 3:] - fromto[:, :3]
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        usable = (length > 1e-9) & (distance[:, None] > 0.0)
+        return (
+            distance,
+            np.where(usable, normal / np.maximum(length, 1e-12), 0.0),
+            (fromto[:, :3] + fromto[:, 3:]) / 2.0,
+        )
+
+    def _onset(self, pose: _Pose, a: int, b: int, body: int, low: float, high: float) -> float:
+        """Angle between ``low`` (apart) and ``high`` (a hit) at which the pair begins to touch."""
+        segment = np.zeros(6)
+        for _ in range(_BISECTIONS):
+            middle = (low + high) / 2.0
+            pose.put(a, body, middle)
+            if mujoco.mj_geomDistance(self.loaded.model, self.loaded.data, a, b, _FAR_MM, segment) < 0.0:
+                high = middle
+            else:
+                low = middle
+        return high
+
+    def _exempt(self, turn: Turn, a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Pairs that the turning joint itself joins."""
+        if turn.crease < 0:
+            return np.zeros(len(a), dtype=np.bool_)
+        child, parent = self.neighbour_of[turn.crease]
+        mates: NDArray[np.bool_] = (a == self.loaded.face_geom[child]) & (b == self.loaded.face_geom[parent])
+        return mates
+
+    def _as_events(
+        self, turn: Turn, hits: dict[tuple[int, int], tuple[float, float, NDArray[np.float64]]]
+    ) -> list[Event]:
+        events = []
+        for (a, b), (angle, depth, where) in sorted(hits.items(), key=lambda item: (item[1][0], item[0])):
+            at = turn.from_rad + np.sign(turn.to_rad - turn.from_rad) * angle
+            events.append(self.event(turn, a, b, depth, float(at), where))
+        return events
+
+    def event(
+        self, turn: Turn, a: int, b: int, depth: float, angle: float, where: NDArray[np.float64]
+    ) -> Event:
+        """The contact of geoms ``a`` and ``b`` near ``where`` (3,) in words of the plan."""
+        faces: list[int] = []
+        triangles: list[int] = []
+        for geom in (a, b):
+            kind, number = self.loaded.owner[geom]
+            if kind == "face":
+                faces.append(number)
+            else:
+                members = list(self.loaded.compiled.side.pieces[number].triangles)
+                middle = self.plan.sheet.triangles[members].mean(axis=1)
+                triangles.append(members[int(np.argmin(np.linalg.norm(middle - where[:2], axis=1)))])
+        named = [f"face {f}" for f in faces] + [f"substrate triangle {t}" for t in triangles]
+        return Event(
+            kind="contact", step=turn.step, crease=turn.crease, faces=tuple(faces),
+            substrate=tuple(triangles), depth_mm=depth, angle_rad=angle,
+            detail=f"{' and '.join(named)} meet at {np.degrees(angle):.2f}° of {turn.joint}",
+        )  # fmt: skip
+
+    def full_check(self, turn: Turn) -> list[Event]:
+        """Contacts of everything with everything in the present pose, by MuJoCo's collision detection."""
+        loaded = self.loaded
+        loaded.all_contacts_on(turn.gone)
+        mujoco.mj_collision(loaded.model, loaded.data)
+        contact = loaded.data.contact
+        events: dict[tuple[int, int], Event] = {}
+        for n in np.flatnonzero(contact.dist < -self.tolerance).tolist():
+            a, b = sorted(int(g) for g in contact.geom[n])
+            joined = self._joined(a, b)
+            if (a, b) not in events and not joined:
+                depth = -float(contact.dist[n])
+                events[a, b] = self.event(turn, a, b, depth, turn.to_rad, contact.pos[n])
+        return list(events.values())
+
+    def _joined(self, a: int, b: int) -> bool:
+        (kind_a, first), (kind_b, second) = self.loaded.owner[a], self.loaded.owner[b]
+        if kind_a != "face" or kind_b != "face":
+            return False
+        return int(self.net.parent[first]) == second or int(self.net.parent[second]) == first
+
+
+class _Pose:
+    """Puts single moving geoms at an angle of the turn, from the pose before it."""
+
+    def __init__(
+        self, loaded: LoadedModel, moving: NDArray[np.int64],
+        anchor: NDArray[np.float64], axis: NDArray[np.float64],
+    ) -> None:  # fmt: skip
+        self.data = loaded.data
+        x, y, z = axis
+        self.cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        self.square = self.cross @ self.cross
+        self.anchor = anchor
+        self.position = loaded.data.geom_xpos[moving] - anchor
+        self.frame = loaded.data.geom_xmat[moving].reshape(-1, 3, 3).copy()
+        self.eye = np.eye(3)
+
+    def put(self, geom: int, body: int, angle_rad: float) -> None:
+        turn = self.eye + np.sin(angle_rad) * self.cross + (1.0 - np.cos(angle_rad)) * self.square
+        self.data.geom_xpos[geom] = turn @ self.position[body] + self.anchor
+        self.data.geom_xmat[geom] = (turn @ self.frame[body]).ravel()
+
+
+def _geom_vertices(loaded: LoadedModel) -> NDArray[np.float64]:
+    """(ngeom, K, 3) corners of the mesh geoms in their own frame; short lists repeat their first corner."""
+    model = loaded.model
+    geoms = list(loaded.owner)
+    count = max(int(model.mesh_vertnum[model.geom_dataid[g]]) for g in geoms)
+    out = np.zeros((model.ngeom, count, 3))
+    for g in geoms:
+        mesh = int(model.geom_dataid[g])
+        first, number = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+        out[g, :number] = model.mesh_vert[first : first + number]
+        out[g, number:] = out[g, 0]
+    return out
