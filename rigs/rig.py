@@ -27,14 +27,14 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
     """Base of every section: frozen, and a key that it does not know is a mistake."""
 
 
-class RigName(Profile, kw_only=True):
+class RigName(Profile, frozen=True, kw_only=True):
     """``[rig]``: the name and what a person should know."""
 
     name: str
     notes: str = ""
 
 
-class Controller(Profile, kw_only=True):
+class Controller(Profile, frozen=True, kw_only=True):
     """``[controller]``: the firmware and how to reach it.
 
     Attributes:
@@ -60,7 +60,7 @@ class Controller(Profile, kw_only=True):
     expect: dict[str, float] = {}
 
 
-class Axes(Profile, kw_only=True):
+class Axes(Profile, frozen=True, kw_only=True):
     """``[axes]``: linear axes x, y, z. The z coordinate is the height of the focus, not of the nozzle.
 
     Attributes:
@@ -80,7 +80,7 @@ class Axes(Profile, kw_only=True):
     max_step_hz: float
 
 
-class Head(Profile, kw_only=True):
+class Head(Profile, frozen=True, kw_only=True):
     """``[head]``: how light reaches the part.
 
     Attributes:
@@ -107,7 +107,7 @@ class Head(Profile, kw_only=True):
     max_incidence_deg: float
 
 
-class Pilot(Profile, kw_only=True):
+class Pilot(Profile, frozen=True, kw_only=True):
     """``laser.pilot``: visible light for framing that cannot mark.
 
     ``low-power`` uses ``M3 S<s>`` (at most ``max_w``), ``aux-output`` uses ``M8``.
@@ -118,7 +118,7 @@ class Pilot(Profile, kw_only=True):
     max_w: float = 0.001
 
 
-class Laser(Profile, kw_only=True):
+class Laser(Profile, frozen=True, kw_only=True):
     """``[laser]``: source and its power scale.
 
     Attributes:
@@ -162,7 +162,7 @@ class Laser(Profile, kw_only=True):
         return self.max_w
 
 
-class Rotary(Profile, kw_only=True):
+class Rotary(Profile, frozen=True, kw_only=True):
     """``[rotary]``: the axis that turns the sheet. Sheet coordinates have their origin at ``axis_point_mm``.
 
     Attributes:
@@ -196,13 +196,13 @@ class Rotary(Profile, kw_only=True):
     settle_s: float
 
 
-class Clear(Profile, kw_only=True):
+class Clear(Profile, frozen=True, kw_only=True):
     """``[clear]``: height of the highest fixed thing under the part, G54 z of the focus scale, mm."""
 
     bed_z_mm: float
 
 
-class SheetHolder(Profile, kw_only=True):
+class SheetHolder(Profile, frozen=True, kw_only=True):
     """``[sheet]``: what the frame takes.
 
     Attributes:
@@ -226,7 +226,7 @@ class SheetHolder(Profile, kw_only=True):
     fiducials_mm: tuple[Span, ...] = ()
 
 
-class Safety(Profile, kw_only=True):
+class Safety(Profile, frozen=True, kw_only=True):
     """``[safety]``: times and demands of the replay.
 
     Attributes:
@@ -244,14 +244,14 @@ class Safety(Profile, kw_only=True):
     door: Literal["controller-pin", "none"] = "none"
 
 
-class Grade(Profile, kw_only=True):
+class Grade(Profile, frozen=True, kw_only=True):
     """How well a value is known: A measured, B literature or data sheet, C guess."""
 
     grade: Literal["A", "B", "C"]
     source: str
 
 
-class Rig(Profile, kw_only=True):
+class Rig(Profile, frozen=True, kw_only=True):
     """A machine: controller, axes, head, laser, rotary, clearances, sheet holder and safety.
 
     Coordinates of the profile are G54 work coordinates in mm; z is the height of the focus.

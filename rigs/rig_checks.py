@@ -97,7 +97,7 @@ def _controller(rig: Rig) -> Iterator[str]:
         if not (key.startswith("$") and key[1:].isdigit()):
             yield f"$.controller.expect.{key}: expected a setting such as $32"
     if controller.expect.get("$32") != 1.0:
-        yield '$.controller.expect: needs "$32" = 1 (laser mode): else M4 lights the beam in travel and at rest'
+        yield '$.controller.expect: needs "$32" = 1 (laser mode): else M4 burns in travel and at rest'
     if rig.laser.power_curve and controller.expect.get("$30") != rig.laser.power_curve[-1][0]:
         yield (
             f'$.controller.expect: "$30" (full scale of S) must be {rig.laser.power_curve[-1][0]:g}, '

@@ -1,0 +1,102 @@
+"""The emulator's process: one client on a loopback socket, and the clock of the simulated machine."""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import socket
+import time
+
+from rigs.emulator.machine import GrblMachine
+
+__all__ = ["serve"]
+
+_IDLE_S = 0.2
+
+
+def serve(
+    machine: GrblMachine, listener: socket.socket, time_scale: float, parent_fd: int | None = None
+) -> None:
+    """Serve clients one after another until ``parent_fd`` closes.
+
+    Args:
+        machine: the emulated machine; it goes on running while nobody is connected.
+        listener: a bound, listening loopback socket.
+        time_scale: simulated seconds in a second of the wall clock; 0 jumps from event to event whenever
+            no byte waits, so that a job takes as long as its bytes take.
+        parent_fd: a descriptor that becomes readable at end of file when the starting process ends.
+    """
+    client: socket.socket | None = None
+    last = time.monotonic()
+    while True:
+        event = machine.next_event()
+        if event is None:
+            patience = _IDLE_S
+        elif time_scale > 0.0:
+            patience = min(max((event - machine.now) / time_scale, 0.0), _IDLE_S)
+        else:
+            patience = 0.0
+        watched = [listener] + ([client] if client is not None else [])
+        ready, _, _ = select.select(
+            [*watched, *([parent_fd] if parent_fd is not None else [])], [], [], patience
+        )
+        now = time.monotonic()
+        if time_scale > 0.0:
+            machine.advance(machine.now + (now - last) * time_scale)
+        elif not ready and event is not None:
+            machine.advance(event)
+        last = now
+        if parent_fd is not None and parent_fd in ready:
+            break
+        if listener in ready:
+            client = _accept(machine, listener, client)
+        if client is not None and client in ready:
+            client = _read(machine, client)
+        if client is not None and machine.out:
+            client = _write(machine, client)
+        elif client is None:
+            machine.out.clear()
+        if machine.dropped and client is not None:
+            client.close()
+            client = None
+            machine.dropped = False
+    if client is not None:
+        client.close()
+
+
+def _accept(machine: GrblMachine, listener: socket.socket, client: socket.socket | None) -> socket.socket:
+    fresh, _ = listener.accept()
+    if client is not None:
+        fresh.close()  # one process per port
+        return client
+    fresh.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    machine.out.clear()
+    if machine.config.resets_on_open:
+        machine.motion.abort(machine.now)
+        machine.power_up()
+    return fresh
+
+
+def _read(machine: GrblMachine, client: socket.socket) -> socket.socket | None:
+    try:
+        data = client.recv(4096)
+    except OSError:
+        data = b""
+    if not data:
+        with contextlib.suppress(OSError):
+            client.close()
+        return None
+    machine.receive(data)
+    return client
+
+
+def _write(machine: GrblMachine, client: socket.socket) -> socket.socket | None:
+    data = bytes(machine.out)
+    machine.out.clear()
+    try:
+        client.sendall(data)
+    except OSError:
+        with contextlib.suppress(OSError):
+            client.close()
+        return None
+    return client
