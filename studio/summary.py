@@ -1,0 +1,158 @@
+"""The figures of a bundle: a table on a terminal, plain lines when piped, or one JSON object."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import asdict, dataclass, replace
+from typing import Any, TextIO
+
+from studio.progress import duration_text
+
+__all__ = ["Summary", "print_summary"]
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a user wants to know of a bundle at a glance. None stands for "not known yet".
+
+    Attributes:
+        mesh: name of the goal.
+        bundle: folder of the bundle, as the user gave it.
+        faces: faces of the goal.
+        creases: creases that fold (flat joints do not count).
+        edits: creases of the net that the blooming tree does not have.
+        lower_bound: fewest edits that any net needs, as far as proven.
+        optimal: the edits were proven fewest.
+        completion: folded share, 0 to 1.
+        shape_rms_mm: root mean square distance to the goal after the plan.
+        shape_rms_rel: the same as a share of the longest side.
+        blocked: creases that are not folded all the way, see ``studio.words.blocked_values``.
+        rotations: turns of the rotary.
+        clipped_faces: substrate triangles that are cut away.
+        clipped_area_mm2: their area.
+        passes: laser passes.
+        seconds: machine time.
+        energy_j: laser energy.
+        verdict: of the validation, or ``not validated``.
+        rig: name of the machine.
+        material: name of the material.
+        thickness_mm: of the sheet.
+        without: rules that were switched off.
+        replay: what the last replay came to, in words.
+        notices: what the user should know.
+    """
+
+    mesh: str
+    faces: int
+    creases: int
+    edits: int
+    bundle: str = ""
+    lower_bound: int = 0
+    optimal: bool = False
+    completion: float = 0.0
+    shape_rms_mm: float = 0.0
+    shape_rms_rel: float = 0.0
+    blocked: tuple[dict[str, Any], ...] = ()
+    rotations: int = 0
+    clipped_faces: int = 0
+    clipped_area_mm2: float = 0.0
+    planned: bool = True
+    passes: int | None = None
+    seconds: float | None = None
+    energy_j: float | None = None
+    verdict: str = "not validated"
+    rig: str = ""
+    material: str = ""
+    thickness_mm: float = 0.0
+    without: tuple[str, ...] = ()
+    replay: str = ""
+    notices: tuple[str, ...] = ()
+
+    def headline(self) -> str:
+        """The state of the part in one line."""
+        text = f"{self.faces} faces, folded {100 * self.completion:.1f} %"
+        if self.blocked:
+            causes = sorted({b["by"] for b in self.blocked})
+            number = "1 crease" if len(self.blocked) == 1 else f"{len(self.blocked)} creases"
+            text += f", {number} blocked by {' and '.join(causes)}"
+        if self.material:
+            text += f", {self.thickness_mm:g} mm {self.material} on {self.rig}"
+        return text
+
+    def with_bundle(self, bundle: str) -> Summary:
+        """A copy that names the folder."""
+        return replace(self, bundle=bundle)
+
+    def to_values(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return {"format": "metal-blossom/summary", "version": 1, **asdict(self)}
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Name and text of every figure that is known."""
+        edits = f"{self.edits}"
+        if self.optimal:
+            edits += " (fewest possible)"
+        elif self.lower_bound:
+            edits += f" (at least {self.lower_bound} needed)"
+        rows = [("goal", f"{self.mesh}, {self.faces} faces, {self.creases} creases"), ("net edits", edits)]
+        if self.planned:
+            rows += [
+                ("folded", f"{100 * self.completion:.1f} %"),
+                ("shape rms", f"{self.shape_rms_mm:.3f} mm ({100 * self.shape_rms_rel:.2f} % of the size)"),
+                ("rotations", str(self.rotations)),
+                ("clipped", f"{self.clipped_faces} pieces of the sheet, {self.clipped_area_mm2:.0f} mm²"),
+            ]
+        if self.material:
+            rows.append(("sheet", f"{self.thickness_mm:g} mm {self.material} on {self.rig}"))
+        if self.passes is not None:
+            rows.append(("passes", str(self.passes)))
+        if self.seconds is not None:
+            rows.append(("time", duration_text(self.seconds)))
+        if self.energy_j is not None:
+            rows.append(("energy", f"{self.energy_j:.0f} J"))
+        if self.without:
+            rows.append(("switched off", ", ".join(self.without)))
+        if self.replay:
+            rows.append(("replay", self.replay))
+        if self.planned:
+            rows.append(("verdict", self.verdict))
+        if self.bundle:
+            rows.append(("bundle", self.bundle))
+        return rows
+
+
+def print_summary(summary: Summary, *, as_json: bool = False, stream: TextIO | None = None) -> None:
+    """Print a summary to ``stream`` (standard output): table, plain lines or one JSON object."""
+    stream = sys.stdout if stream is None else stream
+    if as_json:
+        print(json.dumps(summary.to_values(), ensure_ascii=False, allow_nan=False), file=stream)
+        return
+    if stream.isatty():
+        _print_table(summary, stream)
+    else:
+        for name, text in summary.rows():
+            print(f"{name:<13}{text}", file=stream)
+    for text in summary.notices:
+        print(f"note: {text}", file=stream)
+    shown = 8
+    for blocked in summary.blocked[:shown]:
+        print(f"blocked: {blocked['text']}", file=stream)
+    if len(summary.blocked) > shown:
+        print(f"blocked: and {len(summary.blocked) - shown} more, see report.html", file=stream)
+
+
+def _print_table(summary: Summary, stream: TextIO) -> None:
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=box.SIMPLE_HEAD, show_header=False, pad_edge=False)
+    table.add_column(style="dim")
+    table.add_column()
+    colours = {"pass": "bold green", "not validated": "yellow"}
+    for name, text in summary.rows():
+        style = colours.get(summary.verdict, "bold red") if name == "verdict" else ""
+        table.add_row(name, Text(text, style=style))
+    Console(file=stream).print(table)
