@@ -1,9 +1,9 @@
 """The kinematic sweep: does anything touch while the plan is played without forces?
 
-MuJoCo measures the distance of every pair of a moving and a resting body. Between two poses a pair is skipped
-only if a plane proves that it stays apart: the plane between the nearest points stands still, and the first angle
-at which a corner of the moving body reaches it has a closed form. Where no plane helps, the pair is measured
-again before any of its corners has moved by more than half a thickness.
+MuJoCo measures the distance of every pair of a moving and a resting body. Between two poses a pair is
+skipped only if a plane proves that it stays apart: the plane between the nearest points stands still, and the
+first angle at which a corner of the moving body reaches it has a closed form. Where no plane helps, the pair
+is measured again before any of its corners has moved by more than half a thickness.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from twin.loaded_model import LoadedModel, quiet_mujoco
 from twin.mjcf_model import CompiledModel
 from twin.sweep_bounds import first_reach, may_meet
 from twin.timeline import Turn, turns
+from twin.touches import named
 
 __all__ = ["DEPTH_TOLERANCE_MM", "SweepResult", "kinematic_sweep"]
 
@@ -195,21 +196,12 @@ class _Sweeper:
         self, turn: Turn, a: int, b: int, depth: float, angle: float, where: NDArray[np.float64]
     ) -> Event:
         """The contact of geoms ``a`` and ``b`` near ``where`` (3,) in words of the plan."""
-        faces: list[int] = []
-        triangles: list[int] = []
-        for geom in (a, b):
-            kind, number = self.loaded.owner[geom]
-            if kind == "face":
-                faces.append(number)
-            else:
-                members = list(self.loaded.compiled.side.pieces[number].triangles)
-                middle = self.plan.sheet.triangles[members].mean(axis=1)
-                triangles.append(members[int(np.argmin(np.linalg.norm(middle - where[:2], axis=1)))])
-        named = [f"face {f}" for f in faces] + [f"substrate triangle {t}" for t in triangles]
+        faces, triangles = named(self.plan, self.loaded, (a, b), where)
+        joint = turn.joint.replace("_", " ")
+        parts = [f"face {f}" for f in faces] + [f"substrate triangle {t}" for t in triangles]
         return Event(
-            kind="contact", step=turn.step, crease=turn.crease, faces=tuple(faces),
-            substrate=tuple(triangles), depth_mm=depth, angle_rad=angle,
-            detail=f"{' and '.join(named)} meet at {np.degrees(angle):.2f}° of {turn.joint}",
+            "contact", turn.step, turn.crease, faces, triangles, depth, 0.0, angle, -1.0,
+            f"{' and '.join(parts)} meet at {np.degrees(angle):.2f}° of {joint}",
         )  # fmt: skip
 
     def full_check(self, turn: Turn) -> list[Event]:

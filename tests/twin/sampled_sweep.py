@@ -12,13 +12,18 @@ from twin.timeline import turns
 
 
 def sampled_hits(
-    compiled: CompiledModel, plan: FoldPlan, tolerance_mm: float = 0.005, finest: float = 0.5
-) -> dict[tuple[int, frozenset[tuple[str, int]]], tuple[float, float]]:
-    """(step, pair) → (angle before, angle of the first hit); no tip moves more than ``finest`` * t."""
+    compiled: CompiledModel, plan: FoldPlan, tolerances_mm: tuple[float, ...], finest: float = 0.5
+) -> list[dict[tuple[int, frozenset[tuple[str, int]]], tuple[float, float]]]:
+    """(step, pair) → (angle before, angle of the first hit), for each tolerance.
+
+    Between two poses no tip moves by more than ``finest`` * thickness.
+    """
     loaded = LoadedModel(compiled, plan.net)
     model, data = loaded.model, loaded.data
     net = plan.net
-    found: dict[tuple[int, frozenset[tuple[str, int]]], tuple[float, float]] = {}
+    found: list[dict[tuple[int, frozenset[tuple[str, int]]], tuple[float, float]]] = [
+        {} for _ in tolerances_mm
+    ]
     for turn in turns(plan, compiled.side):
         mujoco.mj_kinematics(model, data)
         joint = loaded.joint[turn.joint]
@@ -35,12 +40,14 @@ def sampled_hits(
             loaded.set_angle(turn.joint, float(angle))
             mujoco.mj_kinematics(model, data)
             mujoco.mj_collision(model, data)
-            for n in np.flatnonzero(data.contact.dist < -tolerance_mm).tolist():
+            for n in np.flatnonzero(data.contact.dist < 0.0).tolist():
                 pair = frozenset(loaded.owner[int(g)] for g in data.contact.geom[n])
                 faces = sorted(k for kind, k in pair if kind == "face")
                 if len(faces) == 2 and (net.parent[faces[0]] == faces[1] or net.parent[faces[1]] == faces[0]):
                     continue
-                found.setdefault((turn.step, pair), (float(before), float(angle)))
+                for hits, tolerance in zip(found, tolerances_mm, strict=True):
+                    if data.contact.dist[n] < -tolerance:
+                        hits.setdefault((turn.step, pair), (float(before), float(angle)))
             before = angle
         loaded.set_angle(turn.joint, turn.to_rad)
     return found
