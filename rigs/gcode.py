@@ -1,4 +1,4 @@
-"""G-code of a job: GRBL dialect, one write per beam block, each with its own M5 and a line that confirms it."""
+"""G-code of a job: GRBL dialect, one write per beam block, each with its own M5 and a confirming line."""
 
 from __future__ import annotations
 
@@ -87,8 +87,8 @@ def write_gcode(job: Job, *, pauses: bool = False) -> str:
 def gcode_program(job: Job, *, pauses: bool = False) -> GcodeProgram:
     """The blocks of a job as G-code lines, numbered as in the file.
 
-    A pass reads ``M4 S0``, ``G1`` dark run-in, lit stroke, dark run-out, ``M5``, ``G4`` (cooling, and the line
-    whose ``ok`` confirms the block).
+    A pass reads ``M4 S0``, ``G1`` dark run-in, lit stroke, dark run-out, ``M5``, ``G4`` (cooling, and the
+    line whose ``ok`` confirms the block).
 
     Raises:
         JobError: if a number is not finite, or a line or block is too long for the controller.
@@ -99,7 +99,7 @@ def gcode_program(job: Job, *, pauses: bool = False) -> GcodeProgram:
     line += len(HEADER)
     step: int | None = None
     for index, block in enumerate(job.blocks):
-        said = () if block.step == step else (_comment(f"step {block.step}" if block.step >= 0 else "move"),)
+        said: tuple[str, ...] = () if block.step == step else (_comment(f"step {block.step}" if block.step >= 0 else "move"),)
         step = block.step
         if block.text:
             said += (_comment(block.text, job.style.line_chars),)
@@ -224,6 +224,6 @@ def _check(block: Block, index: int, lines: tuple[str, ...], style: GcodeStyle) 
     size = sum(len(line) + 1 for line in lines)
     if size > style.block_bytes:
         raise JobError(
-            f"{where}: {size} bytes do not fit the receive buffer ({style.block_bytes} bytes may be written at "
-            "once): use shorter pieces"
+            f"{where}: {size} bytes do not fit the receive buffer ({style.block_bytes} bytes may be written "
+            "at once): use shorter pieces"
         )

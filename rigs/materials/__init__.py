@@ -1,0 +1,1 @@
+"""Material profiles that ship with the package, one TOML file each."""
