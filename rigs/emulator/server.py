@@ -36,10 +36,10 @@ def serve(
             patience = min(max((event - machine.now) / time_scale, 0.0), _IDLE_S)
         else:
             patience = 0.0
-        watched = [listener] + ([client] if client is not None else [])
-        ready, _, _ = select.select(
-            [*watched, *([parent_fd] if parent_fd is not None else [])], [], [], patience
-        )
+        watched: list[socket.socket | int] = [listener]
+        watched += [client] if client is not None else []
+        watched += [parent_fd] if parent_fd is not None else []
+        ready = select.select(watched, [], [], patience)[0]
         now = time.monotonic()
         if time_scale > 0.0:
             machine.advance(machine.now + (now - last) * time_scale)

@@ -1,0 +1,122 @@
+"""The port: opened exclusively, without resetting the board where that can be avoided, with bounded waits."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import select
+import socket
+import time
+from typing import Any
+
+from rigs.errors import MachineError
+from rigs.rig import Rig
+
+__all__ = ["Link", "open_link"]
+
+_LINE_LIMIT = 4096
+
+
+class Link:
+    """Bytes to and from a controller; only ``rigs.gate.Gate`` writes to it.
+
+    Attributes:
+        url: where it is connected.
+    """
+
+    def __init__(self, port: Any, url: str) -> None:  # noqa: ANN401  pyserial ports share no typed base
+        self._port = port
+        self.url = url
+        self._buffer = bytearray()
+        try:
+            self._fd: int | None = port.fileno()
+        except (AttributeError, OSError, io.UnsupportedOperation):
+            self._fd = None
+
+    def write(self, data: bytes) -> None:
+        """Write all bytes.
+
+        Raises:
+            MachineError: if the port fails or takes longer than its write timeout.
+        """
+        try:
+            self._port.write(data)
+        except (OSError, ValueError, AttributeError) as error:
+            raise MachineError(f"{self.url}: the port vanished while writing: {error}") from error
+
+    def read_line(self, timeout_s: float) -> bytes | None:
+        """The next line without its end, or None when none came in time.
+
+        Raises:
+            MachineError: if the port vanished, or sends an endless line.
+        """
+        deadline = time.monotonic() + timeout_s
+        while True:
+            end = self._buffer.find(b"\n")
+            if end >= 0:
+                line = bytes(self._buffer[:end])
+                del self._buffer[: end + 1]
+                return line
+            if len(self._buffer) > _LINE_LIMIT:
+                raise MachineError(
+                    f"{self.url}: {_LINE_LIMIT} bytes without a line end: wrong baud rate or device?"
+                )
+            left = deadline - time.monotonic()
+            if left < 0.0:
+                return None
+            self._buffer += self._read(left)
+
+    def _read(self, timeout_s: float) -> bytes:
+        try:
+            if self._fd is not None:
+                ready, _, _ = select.select([self._fd], [], [], timeout_s)
+                return bytes(self._port.read(_LINE_LIMIT)) if ready else b""
+            self._port.timeout = timeout_s
+            first: bytes = self._port.read(1)
+            return first + self._port.read(self._port.in_waiting) if first else b""
+        except (OSError, ValueError, TypeError, AttributeError) as error:
+            raise MachineError(f"{self.url}: the port vanished: {error}") from error
+
+    def drain(self) -> None:
+        """Forget what has been received."""
+        self._buffer.clear()
+        while self._read(0.0):
+            pass
+
+    def close(self) -> None:
+        """Close the port; errors while closing do not matter."""
+        with contextlib.suppress(Exception):
+            sock = getattr(self._port, "_socket", None)
+            if isinstance(sock, socket.socket):
+                # pyserial sleeps 0.3 s after closing a socket: close it here
+                self._port.is_open = False
+                sock.close()
+            else:
+                self._port.close()
+
+
+def open_link(url: str, rig: Rig) -> Link:
+    """Open a port: ``/dev/tty…``, ``COM3``, ``socket://host:port`` or ``rfc2217://host:port``.
+
+    Raises:
+        MachineError: if it does not open; the message says what to look at.
+    """
+    import serial
+
+    try:
+        port = serial.serial_for_url(url, do_not_open=True, baudrate=rig.controller.baud)
+        port.timeout = 0
+        port.write_timeout = 2.0
+        if "://" not in url:
+            port.dtr = False  # before opening: a raised DTR resets the board, a pseudo-terminal has none
+            port.rts = False
+            port.exclusive = True
+        port.open()
+    except (OSError, ValueError) as error:
+        raise MachineError(
+            f"{url}: cannot open the port: {error}: is it plugged in, free and spelt right?"
+        ) from error
+    sock = getattr(port, "_socket", None)
+    if isinstance(sock, socket.socket):
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return Link(port, url)

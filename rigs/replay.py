@@ -1,0 +1,297 @@
+"""The replay: a job sent block by block, each confirmed before the next, and journalled."""
+
+from __future__ import annotations
+
+import contextlib
+import datetime
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+from typing import Literal
+
+from rigs.controller import Controller, Identity
+from rigs.errors import JobError, MachineError
+from rigs.grbl import Status
+from rigs.job import Job
+from rigs.journal import Journal, JournalWriter, Outcome, read_journal
+from rigs.link import open_link
+from rigs.replay_blocks import ReplayBlock, ReplayJob, dark_block, frame_blocks, lit_block, replay_job
+from rigs.replay_checks import Certificate, check_certificate, check_identity, check_job, position_mistake
+from rigs.rig import Rig
+
+__all__ = ["Mode", "Progress", "replay"]
+
+Mode = Literal["dry-run", "frame", "arm"]
+_GRACE_S = 5.0
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a replay stands.
+
+    Attributes:
+        block: blocks confirmed so far, of ``blocks``.
+        step: plan step of the last one.
+        kind: kind of the last one.
+        elapsed_s: since the first block.
+        left_s: estimate of what is left.
+        emulated: True when no real machine is involved.
+    """
+
+    block: int
+    blocks: int
+    step: int
+    kind: str
+    elapsed_s: float
+    left_s: float
+    emulated: bool
+
+
+def replay(
+    job: Job | ReplayJob,
+    url: str,
+    *,
+    rig: Rig,
+    journal_path: Path,
+    mode: Mode = "dry-run",
+    certificate: Certificate | None = None,
+    confirm: Callable[[str], bool] | None = None,
+    ask: Callable[[str], bool] | None = None,
+    home: bool | None = None,
+    on_progress: Callable[[Progress], None] | None = None,
+    on_status: Callable[[Status], None] | None = None,
+    grace_s: float = _GRACE_S,
+) -> Journal:
+    """Send a job to a machine.
+
+    ``dry-run`` makes every move without light and without waits, ``frame`` traces the rectangle around the
+    job with the pilot light, ``arm`` fires. A controller whose ``$I`` carries the emulator's mark counts as
+    emulated; every other one is real, and arming it needs a passing certificate of this very job, rig and
+    material and a person who confirms.
+
+    Args:
+        job: what to send.
+        url: port, such as ``/dev/ttyUSB0`` or ``socket://127.0.0.1:4000``.
+        rig: the profile of the machine.
+        journal_path: a new file for the journal.
+        mode: what to do.
+        certificate: hashes and verdict of the validation; needed to arm a real machine.
+        confirm: called before a real machine is armed, with a text that names job, rig and power cap.
+        ask: called for blocks that need a person; False stops. An emulated machine needs no person.
+        home: True allows the homing cycle, which moves the machine; None allows it for an emulated one.
+        on_progress: called after every block.
+        on_status: called with every status report.
+        grace_s: time beyond the planned one after which a missing answer is a fault.
+
+    Returns:
+        the journal, read back from its file.
+
+    Raises:
+        JobError: the job does not fit the rig or may not be armed; nothing was lit.
+        MachineError: the machine refused, failed or vanished; the beam was switched off, the journal says
+            how far it came.
+        KeyboardInterrupt: after Ctrl-C or SIGTERM; the machine was stopped and the journal closed.
+    """
+    plan = replay_job(job) if isinstance(job, Job) else job
+    check_job(plan, rig)
+    blocks = frame_blocks(plan, rig) if mode == "frame" else plan.blocks
+    link = open_link(url, rig)
+    controller = Controller(link, rig, on_status)
+    try:
+        identity = _identify(controller)
+        emulated = identity.emulated
+        check_identity(identity, rig, armed=mode == "arm")
+        if mode == "arm" and not emulated:
+            check_certificate(certificate, plan, rig)
+        with contextlib.closing(
+            JournalWriter(journal_path, durable=mode == "arm" and not emulated)
+        ) as journal:
+            journal.write(
+                "header", format="metal-blossom/journal", version=1, mode=mode,
+                machine="EMULATED" if emulated else "REAL", emulated=emulated, url=url, rig=rig.name,
+                rig_sha256=rig.sha256, job_sha256=plan.sha256, material_sha256=plan.material_sha256,
+                blocks=len(blocks), info=list(identity.info), settings=identity.settings,
+                offsets=list(identity.offsets), modes=list(identity.modes),
+                at=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+            )  # fmt: skip
+            run = _Run(controller, journal, mode, emulated, grace_s, ask, on_progress)
+            with _stop_signals():
+                run.guarded(lambda: run.all(blocks, home, lambda: _arm(confirm, plan, rig)))
+    finally:
+        link.close()
+    return read_journal(journal_path)
+
+
+def _identify(controller: Controller) -> Identity:
+    status = controller.hello()
+    if status.state in ("Run", "Home", "Jog"):
+        raise MachineError(
+            f"{controller.link.url}: the machine is busy ({status.state}): wait until it is idle"
+        )
+    if status.state in ("Hold", "Door", "Check", "Sleep"):
+        raise MachineError(
+            f"{controller.link.url}: the machine is in state {status.state}: reset it by hand, then home it"
+        )
+    return controller.identify()
+
+
+def _arm(confirm: Callable[[str], bool] | None, job: ReplayJob, rig: Rig) -> None:
+    cap = rig.laser.cap_fraction * rig.laser.max_w
+    text = f"arm REAL laser {rig.name}, job {job.sha256[:12]}, up to {cap:g} W"
+    start = time.monotonic()
+    if confirm is None or not confirm(text):
+        raise JobError("not armed: a person has to confirm before a real laser fires")
+    if time.monotonic() - start > rig.safety.arm_timeout_s:
+        raise JobError(f"not armed: the answer came later than {rig.safety.arm_timeout_s:g} s: start again")
+
+
+class _Run:
+    """One replay over an identified controller."""
+
+    def __init__(
+        self,
+        controller: Controller,
+        journal: JournalWriter,
+        mode: Mode,
+        emulated: bool,
+        grace_s: float,
+        ask: Callable[[str], bool] | None,
+        on_progress: Callable[[Progress], None] | None,
+    ) -> None:
+        self.controller = controller
+        self.journal = journal
+        self.mode = mode
+        self.emulated = emulated
+        self.grace_s = grace_s
+        self.ask = ask
+        self.on_progress = on_progress
+        self.block: ReplayBlock | None = None
+        self.start = time.monotonic()
+
+    def guarded(self, work: Callable[[], None]) -> None:
+        """Do the work; whatever goes wrong ends in darkness and a closed journal."""
+        try:
+            work()
+        except BaseException as error:
+            with _deaf_to_signals():
+                self.controller.emergency_stop()
+                interrupted = isinstance(error, KeyboardInterrupt)
+                reason = "interrupted" if interrupted else str(error) or type(error).__name__
+                self._end("stopped" if interrupted or isinstance(error, JobError) else "fault", reason)
+            if isinstance(error, MachineError) and error.block is None and self.block is not None:
+                error.block, error.step = self.block.index, self.block.step
+            raise
+        self._end("complete", "")
+
+    def all(self, blocks: Sequence[ReplayBlock], home: bool | None, arm: Callable[[], None]) -> None:
+        """Home where needed, arm, then every block."""
+        gate = self.controller.gate
+        gate.level = "motion"
+        self._home(self.emulated if home is None else home)
+        if self.mode == "frame":
+            gate.level = "pilot"
+        elif self.mode == "arm":
+            if not self.emulated:
+                arm()
+            gate.level = "armed"
+        self.journal.write("state", state=gate.level, t=self._t())
+        dark = self.mode == "dry-run"
+        planned = [0.0 if dark and b.kind == "wait" else b.seconds for b in blocks]
+        left, past = sum(planned), 0.0
+        self.start = time.monotonic()
+        for number, (block, seconds) in enumerate(zip(blocks, planned, strict=True), 1):
+            self.block = block
+            self._one(block, dark_block(block) if dark else lit_block(block))
+            left -= seconds
+            past += seconds
+            if self.on_progress is not None:
+                elapsed = time.monotonic() - self.start
+                rest = left * (elapsed / past if past > 0.0 else 1.0)
+                self.on_progress(
+                    Progress(
+                        number, len(blocks), block.step, block.kind, elapsed, max(rest, 0.0), self.emulated
+                    )
+                )
+        self.block = None
+        gate.level = "quiet"
+
+    def _one(self, block: ReplayBlock, lines: tuple[str, ...]) -> None:
+        if block.kind == "ask" and self.mode == "arm" and not self.emulated:
+            question = " ".join(block.comments) or "go on?"
+            if self.ask is None or not self.ask(question):
+                raise JobError(f"stopped at the question: {question}")
+        if not lines:
+            self.journal.write("skipped", block=block.index, step=block.step)
+            return
+        if block.beam_s > 0.0 and self.mode == "arm":
+            self.journal.write(
+                "intent", sync=True, block=block.index, step=block.step, beam_s=block.beam_s, t=self._t()
+            )
+        self.controller.run(lines, block.seconds, self.grace_s)
+        status = self.controller.confirm_idle()
+        place = self.controller.work_position(status)
+        if mistake := position_mistake(block.expect, place, self.controller.rig):
+            raise MachineError(f"{mistake}: steps or bytes were lost; home it before anything else")
+        self.journal.write(
+            "done", block=block.index, step=block.step, t=self._t(), at=[round(v, 3) for v in place.values()]
+        )
+
+    def _home(self, allowed: bool) -> None:
+        controller = self.controller
+        status = controller.status
+        if status is None or status.state != "Alarm":
+            return
+        if controller.rig.controller.homing != "required":
+            raise MachineError(
+                "the controller is locked by an alarm: find the cause, unlock it by hand, set the zero"
+            )
+        if not allowed:
+            raise MachineError("the machine must be homed first: allow homing, it will move to its switches")
+        controller.home()
+        controller.confirm_idle()
+        self.journal.write("state", state="homed", t=self._t())
+
+    def _end(self, outcome: Outcome, reason: str) -> None:
+        try:
+            self.journal.write("end", sync=True, outcome=outcome, reason=reason, t=self._t())
+        except MachineError:
+            if outcome == "complete":
+                raise
+
+    def _t(self) -> float:
+        return round(time.monotonic() - self.start, 3)
+
+
+@contextlib.contextmanager
+def _stop_signals() -> Iterator[None]:
+    """SIGTERM ends a replay as Ctrl-C does."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(_signum: int, _frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+@contextlib.contextmanager
+def _deaf_to_signals() -> Iterator[None]:
+    """A second Ctrl-C must not cut the stop short; it takes half a second at most."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,138 @@
+"""What must be true before and during a replay: hashes, settings, positions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from rigs.controller import Identity
+from rigs.errors import JobError, MachineError
+from rigs.replay_blocks import ReplayJob
+from rigs.rig import Rig
+
+__all__ = ["Certificate", "check_certificate", "check_identity", "check_job", "position_mistake"]
+
+_ROTARY_DEG = 0.1
+_LINEAR_MM = 0.01
+_REPORT = 0.0006  # status reports have three decimals
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What a validation says, as far as arming needs it.
+
+    Attributes:
+        verdict: ``pass`` or the reason why not.
+        job_sha256: the job that was validated.
+        rig_sha256: the rig that it was validated for.
+        material_sha256: the material that it was validated for.
+    """
+
+    verdict: str
+    job_sha256: str
+    rig_sha256: str
+    material_sha256: str
+
+
+def check_job(job: ReplayJob, rig: Rig) -> None:
+    """Refuse a job of another rig, or with a beam block longer than the rig allows.
+
+    Raises:
+        JobError: saying what does not fit.
+    """
+    if job.rig_sha256 != rig.sha256:
+        raise JobError(
+            f"the job was made for another rig (hash {job.rig_sha256[:12] or 'missing'}) than {rig.name} "
+            f"({rig.sha256[:12]}): make the job anew for this rig"
+        )
+    for block in job.blocks:
+        if block.beam_s > rig.laser.max_beam_s + 1e-9:
+            raise JobError(
+                f"block {block.index} (step {block.step}) burns {block.beam_s:.2f} s, "
+                f"{rig.laser.max_beam_s:g} s at most may be in flight on {rig.name}: make the job anew"
+            )
+
+
+def check_certificate(certificate: Certificate | None, job: ReplayJob, rig: Rig) -> None:
+    """Arm only what was validated: this job, on this rig, in this material.
+
+    Raises:
+        JobError: saying which of them differs.
+    """
+    if certificate is None:
+        raise JobError(
+            "a real laser is armed only with a validation of this job: validate it, or do a dry run"
+        )
+    if certificate.verdict != "pass":
+        raise JobError(
+            f"the validation of this job says '{certificate.verdict}', not 'pass': it is not armed"
+        )
+    for name, wanted, have in (
+        ("job", job.sha256, certificate.job_sha256),
+        ("rig", rig.sha256, certificate.rig_sha256),
+        ("material", job.material_sha256, certificate.material_sha256),
+    ):
+        if not wanted or wanted != have:
+            raise JobError(
+                f"the validation belongs to another {name} ({have[:12] or 'none'}, this is {wanted[:12]}): "
+                "validate again before arming"
+            )
+
+
+def check_identity(identity: Identity, rig: Rig, *, armed: bool) -> None:
+    """Compare what the controller says with the profile.
+
+    Args:
+        identity: answers of the controller.
+        rig: the profile.
+        armed: True compares every expected setting; otherwise only what moves depend on.
+
+    Raises:
+        MachineError: naming the setting, what it is and what the profile expects.
+    """
+    info = " ".join(identity.info)
+    if "[VER:" not in info:
+        raise MachineError(f"the controller does not say what it is ($I gave '{info[:60]}'): is it GRBL 1.1?")
+    words = rig.axis_words
+    known = len(identity.offset("G54"))
+    if known != len(words):
+        raise MachineError(
+            f"the controller has {known} axes, {rig.name} needs {len(words)} ({' '.join(words)}): "
+            "wrong firmware"
+        )
+    for key, wanted in rig.controller.expect.items():
+        have = identity.settings.get(key)
+        if (have is None or abs(have - wanted) > 1e-3 * max(1.0, abs(wanted))) and (armed or _moves(key)):
+            found = "missing" if have is None else f"{have:g}"
+            raise MachineError(
+                f"setting {key} of the controller is {found}, the profile "
+                f"{rig.name} expects {wanted:g}: correct the one that is wrong"
+            )
+    offset = identity.offset("G54")
+    if rig.controller.g54_mm and any(
+        abs(a - b) > 0.01 for a, b in zip(offset, rig.controller.g54_mm, strict=True)
+    ):
+        raise MachineError(
+            f"the work offset G54 of the controller is {list(offset)}, the profile {rig.name} expects "
+            f"{list(rig.controller.g54_mm)}: set it, or correct controller.g54_mm"
+        )
+
+
+def position_mistake(expect: Sequence[tuple[str, float]], place: Mapping[str, float], rig: Rig) -> str | None:
+    """What is wrong with a position, in words, or None: within a step or 0.01 mm, and 0.1 degrees."""
+    steps = dict(zip("XYZ", rig.axes.steps_per_mm, strict=True))
+    for word, wanted in expect:
+        if word == rig.rotary.word:
+            tolerance, unit = _ROTARY_DEG * rig.rotary.units_per_deg, "deg"
+        else:
+            tolerance, unit = max(1.0 / steps.get(word, 100.0), _LINEAR_MM), "mm"
+        have = place.get(word)
+        if have is None or abs(have - wanted) > tolerance + _REPORT:
+            shown = "not reported" if have is None else f"{have:.3f} {unit}"
+            return f"axis {word} is at {shown}, it should be at {wanted:.3f} {unit}"
+    return None
+
+
+def _moves(key: str) -> bool:
+    number = int(key[1:])
+    return 100 <= number < 110 or number in (13, 32)
