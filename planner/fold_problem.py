@@ -13,7 +13,10 @@ from planner.goal_mesh import GoalMesh
 from planner.insets import inset_triangles, prism_corners
 from planner.kinematics import rigid_fit
 
-__all__ = ["CONTACT_MARGIN_RAD", "RULES", "FlatTree", "FoldProblem", "FoldResult", "rotary_angles"]
+__all__ = [
+    "CONTACT_MARGIN_RAD", "RULES", "FlatTree", "FoldProblem", "FoldResult", "bounding_spheres", "hinge_lines",
+    "rotary_angles",
+]  # fmt: skip
 
 CONTACT_MARGIN_RAD = 0.003
 """Angle that a crease keeps before a contact."""
@@ -113,6 +116,9 @@ class FoldProblem:
         self.use_contact = "contact" not in without
         self.use_sight = "sight" not in without
         self.rotary = rotary_angles(limits.max_tilt_rad)
+        self.fine = (
+            limits.max_tilt_rad * np.arange(-9, 10) / 9.0 if limits.max_tilt_rad > 0.0 else np.zeros(1)
+        )
         self.corners_3d = goal.vertices[goal.faces]
         self.centroids_3d = self.corners_3d.mean(axis=1)
         plain = np.full((len(goal.faces), 3), limits.clearance)
@@ -153,24 +159,20 @@ class FoldProblem:
         if obstacles is not None and len(obstacles):
             solids = np.concatenate([solids, obstacles])
             sharp = np.concatenate([sharp, np.zeros(len(obstacles), dtype=np.bool_)])
-        centres = 0.5 * (solids.min(axis=1) + solids.max(axis=1))
-        radii = np.sqrt(((solids - centres[:, None]) ** 2).sum(axis=2).max(axis=1))
+        centres, radii = bounding_spheres(solids)
         preorder, first, last = subtree_ranges(tree.parent, tree.order)
         rows = np.arange(count)
         levers = lever_arms(
             preorder, first, last, tree.target, self.corners_3d[rows, tree.slot],
             self.corners_3d[rows, (tree.slot + 1) % 3], self.centroids_3d,
         )  # fmt: skip
-        start = tree.corners[rows, tree.slot]
-        along = tree.corners[rows, (tree.slot + 1) % 3] - start
-        lengths = np.linalg.norm(along, axis=1)
-        hinges = np.concatenate([start, along / lengths[:, None]], axis=1)
+        hinges, lengths = hinge_lines(tree)
         steps, reached, cause, blocker, stopped_at = fold_greedily(
             tree.parent, preorder, first, last, hinges, lengths, tree.target,
             np.ascontiguousarray(tree.order[::-1]) if rank is None else rank, levers,
             solids, centres, radii, sharp, np.ones(len(solids), np.bool_), np.ones(len(solids), np.bool_),
             panel_numbers(tree, len(solids)), count,
-            self.rotary, float(tree.axis[0]), float(tree.axis[1]), self.hidden_max * SIGHT_RESERVE,
+            self.rotary, self.fine, float(tree.axis[0]), float(tree.axis[1]), self.hidden_max * SIGHT_RESERVE,
             self.limits.beam_radius, CONTACT_MARGIN_RAD, self.use_contact, self.use_sight, True,
         )  # fmt: skip
         wanted = np.abs(tree.target).sum()
@@ -186,6 +188,21 @@ class FoldProblem:
             shape_rms=shape_rms(solids[:count, 9:12], self.corners_3d),
             rotations=int((steps[:, 0] == 0).sum()),
         )
+
+
+def bounding_spheres(solids: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Centres (N, 3) and radii (N,) of spheres around solids (N, K, 3)."""
+    centres = 0.5 * (solids.min(axis=1) + solids.max(axis=1))
+    return centres, np.sqrt(((solids - centres[:, None]) ** 2).sum(axis=2).max(axis=1))
+
+
+def hinge_lines(tree: FlatTree) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Creases in the flat net: (F, 4) start and unit direction, and (F,) length; the base's row is void."""
+    rows = np.arange(len(tree.parent))
+    start = tree.corners[rows, tree.slot]
+    along = tree.corners[rows, (tree.slot + 1) % 3] - start
+    lengths = np.linalg.norm(along, axis=1)
+    return np.concatenate([start, along / lengths[:, None]], axis=1), lengths
 
 
 def panel_numbers(tree: FlatTree, total: int) -> NDArray[np.int64]:

@@ -16,6 +16,9 @@ SIGHT_STEP_RAD = math.radians(5.0)
 SIGHT_SUBSTEPS = 3
 OVERHANG_RAD = math.radians(0.5)
 """A face may lean over its crease by this much, seen along the beam."""
+STAGES = 4
+"""Turns in which a crease that is hard to see may be folded."""
+LEAST_GAIN_RAD = math.radians(0.2)
 LEAST_FOLD_RAD = math.radians(0.5)
 
 
@@ -68,7 +71,7 @@ def sight_limit(  # type: ignore[no-untyped-def]
 def fold_greedily(  # type: ignore[no-untyped-def]
     parent, preorder, first, last, hinges, lengths, target, rank, lever,
     solids, centres, radii, sharp, present, flat, panel, faces,
-    rotary, ex, ey, hidden_max, radius, margin, use_contact, use_sight, retry,
+    rotary, fine, ex, ey, hidden_max, radius, margin, use_contact, use_sight, retry,
 ):  # fmt: skip
     """Fold a net as far as it goes.
 
@@ -86,6 +89,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         panel: (N,) number of the panel (faces joined by flat joints) of each solid, -1 for obstacles.
         faces: number of net faces.
         rotary: (K,) rotary angles to choose from, in order of preference; the first half lights the top side.
+        fine: (L,) further tilts that are tried for a crease that would otherwise stay out of sight.
         ex, ey: direction of the rotary axis in the plane of the net.
         hidden_max, radius: sight rule and beam radius.
         margin: angle kept before a contact.
@@ -120,6 +124,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
     used = 0
     clock = 0
     at = 0  # rotary option now
+    astray = False  # True while the rotary stands at a fine tilt instead
     kxs, kys, ups = np.empty(options), np.empty(options), np.empty(options)
     sines, cosines = np.sin(rotary), np.cos(rotary)
     for r in range(options):
@@ -135,9 +140,9 @@ def fold_greedily(  # type: ignore[no-untyped-def]
             done[f] = True
             waiting[parent[f]] -= 1
 
-    reach_out = np.zeros(3)
+    reach_out = np.zeros(2)
     while True:
-        best_face, best_option, best_reach, best_loss = -1, -1, 0.0, np.inf
+        best_face, best_option, best_reach, best_free, best_loss = -1, -1, 0.0, 0.0, np.inf
         progressed = False
         for attempt in range(options + 1):
             # the option now in force first, then the others in the order of preference from its side
@@ -254,11 +259,11 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                                 if alone:
                                     sight_time[f, r] = clock
                     if full and seen >= wanted:
-                        if r != at or used == 0:
+                        if r != at or used == 0 or astray:
                             if r != 0 or used > 0:
                                 steps[used, 0], steps[used, 1], steps[used, 2] = STEP_ROTATE, r, rotary[r]
                                 used += 1
-                            at = r
+                            at, astray = r, False
                         clock += 1
                         turn_solids(solids, centres, members, ox, oy, ux, uy, target[f] - angle[f])
                         for m in members:
@@ -287,10 +292,9 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                     reach = max(0.0, min(free, seen))
                     loss = (wanted - reach) * lever[f]
                     if loss < best_loss - 1e-12:
-                        best_face, best_option, best_reach, best_loss = f, r, reach, loss
+                        best_face, best_option, best_reach, best_free, best_loss = f, r, reach, free, loss
                         reach_out[0] = BY_SIGHT if seen < free - 1e-9 or seen < 0.0 else BY_CONTACT
                         reach_out[1] = sight_by[f, r] if reach_out[0] == BY_SIGHT else contact_by[f]
-                        reach_out[2] = reach
                 if not folded_any:
                     break
                 progressed = True
@@ -301,45 +305,67 @@ def fold_greedily(  # type: ignore[no-untyped-def]
             continue
         if best_face < 0:
             break
+        # concede the cheapest one: fold it as far as it goes, in stages if another tilt shows more of it
         f = best_face
-        cause[f], blocker[f], stopped_at[f] = (
-            int(reach_out[0]),
-            int(reach_out[1]),
-            abs(angle[f]) + reach_out[2],
-        )
-        if best_reach > LEAST_FOLD_RAD:
-            sign = 1.0 if target[f] > 0.0 else -1.0
-            if best_option != at or used == 0:
-                if best_option != 0 or used > 0:
-                    steps[used, 0], steps[used, 1], steps[used, 2] = (
-                        STEP_ROTATE,
-                        best_option,
-                        rotary[best_option],
+        sign = 1.0 if target[f] > 0.0 else -1.0
+        side = 0.0 if target[f] > 0.0 else math.pi
+        ox, oy, ux, uy = hinges[f, 0], hinges[f, 1], hinges[f, 2], hinges[f, 3]
+        members = preorder[first[f] : last[f]]
+        across = ux * ex + uy * ey
+        why, who = int(reach_out[0]), int(reach_out[1])
+        view, tilted, reach, free = rotary[best_option], False, best_reach, best_free
+        for stage in range(STAGES):
+            if why == BY_SIGHT:
+                for m in members:
+                    moving_mask[m] = True
+                for tilt in fine:
+                    beam = side + tilt
+                    own = (
+                        math.atan2(sign * math.cos(beam), math.sin(beam) * across)
+                        + OVERHANG_RAD
+                        - abs(angle[f])
                     )
+                    seen, by, _ = sight_limit(
+                        panel[f], panel[parent[f]], panel, moving_mask, flat, solids, centres, radii, present,
+                        ox, oy, ux, uy, lengths[f], sign, max(0.0, min(free, own)),
+                        math.tan(beam) * ey, -math.tan(beam) * ex, 1.0 / math.cos(beam), radius,
+                        hidden_max, intervals, turned,
+                    )  # fmt: skip
+                    if seen > reach + LEAST_GAIN_RAD:
+                        view, tilted, reach = beam, True, seen
+                        who = f if by < 0 else by
+                for m in members:
+                    moving_mask[m] = False
+            if reach <= LEAST_FOLD_RAD:
+                break
+            if tilted or astray or best_option != at or used == 0:
+                if tilted or best_option != 0 or used > 0:
+                    steps[used, 0], steps[used, 1], steps[used, 2] = STEP_ROTATE, best_option, view
                     used += 1
-                at = best_option
-            members = preorder[first[f] : last[f]]
+                at, astray = best_option, tilted
             clock += 1
-            turn_solids(
-                solids,
-                centres,
-                members,
-                hinges[f, 0],
-                hinges[f, 1],
-                hinges[f, 2],
-                hinges[f, 3],
-                sign * best_reach,
-            )
+            angle[f] = target[f] if reach >= abs(target[f] - angle[f]) - 1e-9 else angle[f] + sign * reach
+            turn_solids(solids, centres, members, ox, oy, ux, uy, sign * reach)
             for m in members:
                 stamp[m] = clock
                 flat[m] = False
                 if m != f:
                     frozen[m] = True
-            angle[f] += sign * best_reach
             steps[used, 0], steps[used, 1], steps[used, 2] = STEP_FOLD, f, angle[f]
             used += 1
+            free -= reach
+            if why != BY_SIGHT or free <= LEAST_GAIN_RAD:
+                break
+            reach = 0.0
+        if free <= LEAST_GAIN_RAD and contact_time[f] >= 0 and angle[f] != target[f]:
+            why, who = BY_CONTACT, contact_by[f]
+        stopped_at[f] = abs(angle[f])
+        if angle[f] == target[f]:
+            why, who = NOT_BLOCKED, -1
+            frozen[f] = True
+        cause[f], blocker[f] = why, who
         done[f] = True
-        conceded[f] = True
+        conceded[f] = angle[f] != target[f]
         g = parent[f]
         waiting[g] -= 1
         while parent[g] >= 0 and target[g] == 0.0 and waiting[g] == 0 and not done[g]:

@@ -1,0 +1,235 @@
+"""Search for the net that folds best: many bases and trees first, then annealing driven by what blocks.
+
+Every candidate is judged by the greedy fold planner with all rules on. A move cuts a crease on the tree path
+between the faces that witness a failure and joins the two parts elsewhere, keeping the net overlap-free.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner.flat_layout import FlatLayout
+from planner.fold_problem import FlatTree, FoldProblem, FoldResult
+
+__all__ = ["Candidate", "SearchSettings", "flat_tree", "improve", "judge", "search"]
+
+AXIS_DIRECTIONS = 8
+"""Directions of the rotary axis in the net that are tried, over half a turn."""
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """How much is tried.
+
+    Attributes:
+        starts: nets from the ranking of bases that are judged.
+        chains: best of them that are improved by annealing.
+        evaluations: nets judged in each chain.
+        seed: of every random choice.
+        fixed_base: keep the base faces of the starting nets.
+        deadline: ``time.monotonic()`` at which the search stops with what it has; None: no limit. A search
+            stopped so depends on the machine; without it, on the input and seed only.
+    """
+
+    starts: int
+    chains: int
+    evaluations: int
+    seed: int = 0
+    fixed_base: bool = False
+    deadline: float | None = None
+
+    @property
+    def late(self) -> bool:
+        """True once the time is up."""
+        return self.deadline is not None and time.monotonic() > self.deadline
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A net as laid out, the rotary axis in it, and how well it folds.
+
+    Attributes:
+        layout: the overlap-free layout; never changed once judged.
+        axis_rad: direction of the rotary axis, measured from the base face's side from corner 0 to corner 1.
+        tree: the net as plain arrays.
+        result: what the greedy planner reached.
+        cost: what the search makes small; infinite if the sheet does not fit the machine.
+    """
+
+    layout: FlatLayout
+    axis_rad: float
+    tree: FlatTree
+    result: FoldResult
+    cost: float
+
+
+def flat_tree(layout: FlatLayout, axis_rad: float) -> FlatTree:
+    """The net of ``layout`` as plain arrays, the rotary axis at ``axis_rad`` from the base's side 0 to 1."""
+    corners = layout.corners.copy()
+    side = corners[layout.base, 1] - corners[layout.base, 0]
+    heading = math.atan2(side[1], side[0]) + axis_rad
+    return FlatTree(
+        base=layout.base,
+        parent=layout.parent.copy(),
+        slot=layout.slot.copy(),
+        order=layout.order.copy(),
+        corners=corners,
+        target=layout.target,
+        axis=np.array([math.cos(heading), math.sin(heading)]),
+    )
+
+
+def judge(layout: FlatLayout, problem: FoldProblem, axis_rad: float) -> Candidate:
+    """Fold ``layout`` and weigh what comes out: shape error first, then completion, then rotations."""
+    tree = flat_tree(layout, axis_rad)
+    result = problem.fold(tree)
+    weight = cost(result, problem) if fits(tree, problem) else math.inf
+    return Candidate(layout, axis_rad, tree, result, weight)
+
+
+def cost(result: FoldResult, problem: FoldProblem) -> float:
+    """Shape error relative to the size, plus completion and rotations with small weights."""
+    relative = result.shape_rms / problem.goal.longest_side_mm
+    return relative + 0.25 * (1.0 - result.completion) + 1e-5 * result.rotations
+
+
+def fits(tree: FlatTree, problem: FoldProblem) -> bool:
+    """True if the sheet for this net fits the work area with the rotary axis along ``tree.axis``."""
+    points = tree.corners.reshape(-1, 2)
+    along = points @ tree.axis
+    across = points @ np.array([-tree.axis[1], tree.axis[0]])
+    room = 2.0 * (problem.limits.frame_margin + 6.0)
+    width, depth = problem.limits.work_area
+    return bool(np.ptp(along) + room <= width and np.ptp(across) + room <= depth)
+
+
+def axis_angles(problem: FoldProblem) -> list[float]:
+    """Directions of the rotary axis that are tried, rad; with flips alone the direction hardly matters."""
+    count = AXIS_DIRECTIONS if problem.limits.max_tilt_rad > 0.0 else 2
+    return [math.pi * k / count for k in range(count)]
+
+
+def search(
+    layouts: list[FlatLayout],
+    problem: FoldProblem,
+    settings: SearchSettings,
+    on_progress: Callable[[float, str], None] | None = None,
+) -> Candidate:
+    """The best net found from the given overlap-free starting nets.
+
+    Args:
+        layouts: starting nets, in order of promise; all are judged.
+        problem: goal and limits.
+        settings: how much is tried.
+        on_progress: called with the share done and a line of words.
+    """
+    tell = on_progress or (lambda _share, _words: None)
+    total = len(layouts) + settings.chains * settings.evaluations
+    axes = axis_angles(problem)
+    judged: list[Candidate] = []
+    for number, layout in enumerate(layouts):
+        if judged and settings.late:
+            break
+        both = (judge(layout, problem, axis) for axis in (axes[0], axes[len(axes) // 2]))
+        judged.append(min(both, key=lambda c: c.cost))
+        best = min(judged, key=lambda c: c.cost)
+        tell(number / total, f"net {number + 1} of {len(layouts)}: {best.result.completion:.1%} folded")
+        if done(best):
+            return best
+    judged.sort(key=lambda c: c.cost)
+    best = judged[0]
+    for chain, start in enumerate(judged[: settings.chains]):
+        offset = len(layouts) + chain * settings.evaluations
+
+        def report(step: int, candidate: Candidate, offset: int = offset) -> None:
+            tell((offset + step) / total, f"improving the net: {candidate.result.completion:.1%} folded")
+
+        found = improve(start, problem, replace(settings, seed=settings.seed + 7919 * chain), report)
+        if found.cost < best.cost:
+            best = found
+        if done(best) or settings.late:
+            break
+    return best
+
+
+def done(candidate: Candidate) -> bool:
+    """True if every crease folds all the way."""
+    return bool((candidate.result.cause == 0).all()) and math.isfinite(candidate.cost)
+
+
+def improve(
+    start: Candidate,
+    problem: FoldProblem,
+    settings: SearchSettings,
+    on_step: Callable[[int, Candidate], None] | None = None,
+) -> Candidate:
+    """Anneal one net: exchange creases on the paths between faces that block each other.
+
+    Source: the co-design of net and plan by simulated annealing; the temperature falls geometrically.
+    """
+    rng = np.random.default_rng(settings.seed)
+    axes = axis_angles(problem)
+    current, best = start, start
+    warm, cold = 0.01, 1e-4
+    for step in range(settings.evaluations):
+        if done(best) or settings.late:
+            break
+        temperature = warm * (cold / warm) ** (step / max(1, settings.evaluations - 1))
+        trial = _move(current, problem, rng, axes, settings.fixed_base)
+        if trial is None:
+            continue
+        gain = current.cost - trial.cost
+        if gain >= 0.0 or (math.isfinite(gain) and rng.random() < math.exp(gain / temperature)):
+            current = trial
+        if trial.cost < best.cost:
+            best = trial
+        if on_step is not None:
+            on_step(step, best)
+    return best
+
+
+def _move(
+    current: Candidate,
+    problem: FoldProblem,
+    rng: np.random.Generator,
+    axes: list[float],
+    fixed_base: bool,
+) -> Candidate | None:
+    """One random change of ``current``, judged; None if none was possible."""
+    tree, result = current.tree, current.result
+    kind = rng.random()
+    if kind < 0.06:
+        return judge(current.layout, problem, axes[int(rng.integers(len(axes)))])
+    if kind < 0.12 and not fixed_base:
+        layout = current.layout.copy()
+        layout.set_base(int(rng.integers(len(tree.parent))))
+        return judge(layout, problem, current.axis_rad) if layout.free_edges() > 0 else None
+    missing = np.abs(tree.target) - np.minimum(np.abs(result.reached), np.abs(tree.target))
+    failed = np.flatnonzero((result.cause != 0) & (missing > 1e-9))
+    if len(failed) == 0:
+        return None
+    weight = missing[failed] + 0.05
+    face = int(rng.choice(failed, p=weight / weight.sum()))
+    other = int(result.blocker[face])
+    layout = current.layout.copy()
+    own = int(layout.crease[face])
+    path = [own, own]
+    if kind > 0.9:
+        path = np.flatnonzero(layout.tree).tolist()  # now and then anywhere
+    elif 0 <= other < len(tree.parent) and other != face:
+        path = [own, *layout.path(face, other).tolist()]
+    cuttable = [edge for edge in path if not layout.graph.flat[edge]]
+    rng.shuffle(cuttable)
+    for cut in cuttable[:3]:
+        joins = layout.joinable(cut)
+        joins = joins[joins != cut]
+        rng.shuffle(joins)
+        for join in joins[:12].tolist():
+            if layout.exchange(cut, int(join)):
+                return judge(layout, problem, current.axis_rad)
+    return None
