@@ -14,15 +14,14 @@ from studio.manifest import MANIFEST_NAME, STAGE_OF, UNHASHED, Manifest, read_ma
 
 __all__ = ["LATER_STAGES", "STAGES", "create_bundle", "edit_bundle"]
 
-STAGES = ("net", "plan", "validate", "job", "replay", "report")
-"""The stages in the order in which ``blossom make`` runs them."""
+STAGES = ("net", "plan", "validate", "job", "report")
+"""The stages that write files of the hashed set, in the order in which ``blossom make`` runs them."""
 
 LATER_STAGES: dict[str, tuple[str, ...]] = {
-    "net": ("plan", "validate", "job", "replay", "report"),
-    "plan": ("validate", "job", "replay", "report"),
+    "net": ("plan", "validate", "job", "report"),
+    "plan": ("validate", "job", "report"),
     "validate": ("report",),
     "job": ("report",),
-    "replay": (),
     "report": (),
 }
 """Which stages' files become stale when a stage runs again."""

@@ -1,0 +1,80 @@
+"""Figures of a bundle, read from its files."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from studio.summary import Summary
+from studio.words import blocked_values
+
+if TYPE_CHECKING:
+    from studio.report import StepSetting
+    from studio.workspace import Workspace
+
+__all__ = ["bundle_summary", "step_settings", "validation_values"]
+
+
+def validation_values(ws: Workspace) -> dict[str, Any] | None:
+    """The certificate as plain values, None if the bundle has none."""
+    if "validation.json" not in ws.manifest.files:
+        return None
+    values: dict[str, Any] = json.loads(ws.path("validation.json").read_bytes())
+    return values
+
+
+def bundle_summary(ws: Workspace, replay: str = "") -> Summary:
+    """The figures of whatever stages have run."""
+    manifest = ws.manifest
+    planned = "plan.json" in manifest.files
+    net = ws.plan.net if planned else ws.net
+    certificate = net.certificate
+    known: dict[str, Any] = {
+        "mesh": ws.goal.name,
+        "faces": len(net.faces),
+        "creases": int(np.isin(net.assignment, ("V", "M")).sum()),
+        "edits": certificate.edits,
+        "lower_bound": certificate.lower_bound,
+        "optimal": certificate.optimal,
+        "planned": planned,
+        "rig": str(manifest.rig.get("name", "")),
+        "material": str(manifest.material.get("name", "")),
+        "thickness_mm": float(manifest.material.get("thickness_mm", 0.0)),
+        "notices": ws.goal.notices,
+        "replay": replay,
+    }
+    if planned:
+        plan, metrics = ws.plan, ws.plan.metrics
+        known |= {
+            "completion": metrics.fold_completion,
+            "shape_rms_mm": metrics.shape_rms,
+            "shape_rms_rel": metrics.shape_rms_rel,
+            "blocked": tuple(blocked_values(b) for b in plan.blocked),
+            "rotations": metrics.rotations,
+            "clipped_faces": metrics.clipped_faces,
+            "clipped_area_mm2": metrics.clipped_area,
+            "without": plan.without,
+            "notices": (*ws.goal.notices, *plan.notices),
+            "passes": ws.process.passes,
+            "seconds": ws.process.seconds,
+            "energy_j": ws.process.energy_j,
+        }
+    validation = validation_values(ws)
+    if validation is not None:
+        known["verdict"] = str(validation["verdict"])
+    return Summary(**known)
+
+
+def step_settings(ws: Workspace) -> dict[int, StepSetting]:
+    """Step index → how it is burnt, for the report's table."""
+    from studio.report import StepSetting
+
+    return {
+        fold.step: StepSetting(
+            passes=fold.passes, power_w=fold.power_w, speed_mm_s=fold.speed_mm_s,
+            seconds=fold.seconds, energy_j=fold.energy_j,
+        )
+        for fold in ws.process.folds
+    }  # fmt: skip

@@ -1,0 +1,120 @@
+"""Commands that only tell something: check, rigs, materials."""
+
+from __future__ import annotations
+
+import json as json_text
+from typing import Any
+
+from studio.flags import Json, MachineFlags, Mesh, MeshFlags
+
+__all__ = ["check", "materials", "rigs"]
+
+
+def _say(text: str) -> None:
+    print(text)  # noqa: T201  command output
+
+
+def check(
+    mesh: Mesh,
+    /,
+    *,
+    read: MeshFlags = MeshFlags(),  # noqa: B008  frozen
+    machine: MachineFlags = MachineFlags(),  # noqa: B008  frozen
+    json: Json = False,
+) -> int:
+    """Say whether a mesh can be used, and what was repaired.
+
+    Examples:
+        blossom check bunny.obj
+
+        blossom check scan.stl --size 60 --faces 300
+    """
+    from planner.mesh_check import describe_mesh
+    from planner.read_goal import read_goal
+    from rigs.limits import machine_limits
+    from rigs.material import load_material
+    from rigs.rig import load_rig
+
+    chosen = machine.options()
+    limits = machine_limits(load_rig(chosen.rig), load_material(chosen.material), chosen.thickness_mm)
+    goal = read_goal(mesh, size_mm=read.size, scale=read.scale, max_faces=read.faces, limits=limits)
+    figures = describe_mesh(goal)
+    if json:
+        _say(json_text.dumps({"mesh": goal.name, **figures, "notices": list(goal.notices)}))
+        return 0
+    _say(f"{mesh.name} can be used.")
+    for name, value in figures.items():
+        _say(f"{name.replace('_', ' '):<20}{_text(value)}")
+    for notice in goal.notices:
+        _say(f"note: {notice}")
+    return 0
+
+
+def rigs(*, json: Json = False) -> int:
+    """List the machines that come with the product.
+
+    Examples:
+        blossom rigs
+    """
+    from rigs.rig import load_rig, rig_names
+
+    rows = []
+    for name in rig_names():
+        rig = load_rig(name)
+        grades = sorted({grade.grade for grade in rig.grades.values()})
+        rows.append(
+            {
+                "name": name,
+                "laser": f"{rig.laser.max_w:g} W, {rig.laser.wavelength_nm:g} nm",
+                "area": f"{rig.sheet.max_mm[0]:g} x {rig.sheet.max_mm[1]:g} mm",
+                "tilt": f"{rig.head.max_incidence_deg:g}°",
+                "controller": rig.controller.dialect,
+                "grades": "".join(grades),
+            }
+        )
+    return _list(rows, json, "graded A measured, B literature, C guess")
+
+
+def materials(*, json: Json = False) -> int:
+    """List the sheet metals that come with the product.
+
+    Examples:
+        blossom materials
+    """
+    from rigs.material import load_material, material_names
+
+    rows = []
+    for name in material_names():
+        material = load_material(name)
+        rows.append(
+            {
+                "name": name,
+                "temper": material.temper_name,
+                "E": f"{material.young_pa / 1e9:.0f} GPa",
+                "yield": f"{material.yield_pa / 1e6:.0f} MPa",
+                "density": f"{material.density_kg_m3:.0f} kg/m³",
+            }
+        )
+    return _list(rows, json, "every figure carries a grade in its profile: A measured, B literature, C guess")
+
+
+def _list(rows: list[dict[str, Any]], as_json: bool, foot: str) -> int:
+    if as_json:
+        _say(json_text.dumps(rows, ensure_ascii=False))
+        return 0
+    names = list(rows[0])
+    widths = [max(len(name), *(len(str(row[name])) for row in rows)) for name in names]
+    _say("  ".join(name.ljust(width) for name, width in zip(names, widths, strict=True)).rstrip())
+    for row in rows:
+        cells = (str(row[name]).ljust(width) for name, width in zip(names, widths, strict=True))
+        _say("  ".join(cells).rstrip())
+    _say(f"\n{foot}")
+    return 0
+
+
+def _text(value: object) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    return str(value)

@@ -1,0 +1,188 @@
+"""The stages as commands of their own: net, plan, validate, job, replay, report."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from studio.commands_make import default_output, exit_code
+from studio.errors import UsageError
+from studio.exit_codes import DONE
+from studio.flags import (
+    Base,
+    Budget,
+    Bundle,
+    Force,
+    Json,
+    MachineFlags,
+    Mesh,
+    MeshFlags,
+    Output,
+    Quiet,
+    Seed,
+    Tilt,
+    Without,
+)  # fmt: skip
+from studio.options import NetOptions, PlanOptions
+from studio.progress import Progress
+from studio.summary import print_summary
+
+__all__ = ["job", "net", "plan", "replay", "report", "validate"]
+
+
+def net(
+    mesh: Mesh,
+    /,
+    *,
+    output: Output = None,
+    method: Annotated[str, Parameter(help="nb, or a plain tree: steepest, bfs, dijkstra.")] = "nb",
+    prove: Annotated[
+        bool, Parameter(show_default=False, help="Say whether the edits are proven fewest.")
+    ] = False,
+    base: Base = None,
+    seed: Seed = 0,
+    budget: Budget = None,
+    machine: MachineFlags = MachineFlags(),  # noqa: B008  frozen
+    read: MeshFlags = MeshFlags(),  # noqa: B008  frozen
+    json: Json = False,
+    quiet: Quiet = False,
+    force: Force = False,
+) -> int:
+    """Lay a mesh flat: one piece, nothing overlaps.
+
+    Examples:
+        blossom net bunny.obj -o out/bunny
+
+        blossom net bunny.obj -o out/bunny --method steepest --base 12
+    """
+    from studio.pipeline import make_net_bundle
+
+    summary = make_net_bundle(
+        output or default_output(mesh),
+        read.options(mesh),
+        NetOptions(method, base, prove, seed, budget),
+        machine.options(),
+        force=force,
+        progress=Progress(quiet=quiet or json),
+    )
+    print_summary(summary, as_json=json)
+    return DONE
+
+
+def plan(
+    bundle: Bundle,
+    /,
+    *,
+    planner: Annotated[str, Parameter(help="fp, the fold planner.")] = "fp",
+    tilt: Tilt = None,
+    seed: Annotated[int | None, Parameter(help="Seed of every random choice [of the net].")] = None,
+    budget: Budget = None,
+    without: Without = [],  # noqa: B006  never changed
+    json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Plan the folds of a net: order, angles, rotations, and the sheet with cuts, clips and tabs.
+
+    Examples:
+        blossom plan out/bunny
+
+        blossom plan out/bunny --seed 3 --without sight
+    """
+    from studio.pipeline import run_stage
+    from studio.stages import plan_stage
+    from studio.workspace import Workspace
+
+    def work(ws: Workspace) -> None:
+        chosen = ws.manifest.parameters.get("net", {})
+        options = PlanOptions(
+            planner=planner, tilt_deg=tilt, seed=ws.manifest.seed if seed is None else seed, budget_s=budget,
+            without=tuple(without), fixed_base=chosen.get("base") is not None,
+            keep_net=chosen.get("method", "nb") != "nb",
+        )  # fmt: skip
+        plan_stage(ws, options)
+
+    summary = run_stage(bundle, "plan", work, Progress(quiet=quiet or json))
+    print_summary(summary, as_json=json)
+    return DONE
+
+
+def validate(bundle: Bundle, /, *, json: Json = False, quiet: Quiet = False) -> int:
+    """Play a plan in MuJoCo and write the certificate.
+
+    Examples:
+        blossom validate out/bunny
+    """
+    from studio.pipeline import run_stage
+    from studio.stages import validate_stage
+
+    summary = run_stage(bundle, "validate", validate_stage, Progress(quiet=quiet or json))
+    print_summary(summary, as_json=json)
+    return exit_code(summary)
+
+
+def job(bundle: Bundle, /, *, json: Json = False, quiet: Quiet = False) -> int:
+    """Write the instructions of the rig: G-code, and which lines belong to which step.
+
+    Examples:
+        blossom job out/bunny
+    """
+    from studio.pipeline import run_stage
+    from studio.stages import job_stage
+
+    summary = run_stage(bundle, "job", job_stage, Progress(quiet=quiet or json))
+    print_summary(summary, as_json=json)
+    return exit_code(summary)
+
+
+def replay(
+    bundle: Bundle,
+    /,
+    *,
+    port: Annotated[str, Parameter(help="emulator, /dev/ttyUSB0, COM3 or socket://HOST:PORT.")],
+    dry_run: Annotated[
+        bool, Parameter(show_default=False, help="Every move, no light (the default).")
+    ] = False,
+    frame: Annotated[
+        bool, Parameter(show_default=False, help="Trace the outline with the pilot light.")
+    ] = False,
+    arm: Annotated[
+        bool, Parameter(show_default=False, help="Really fire. Needs a certificate that passed.")
+    ] = False,
+    yes: Annotated[
+        bool, Parameter(show_default=False, help="Confirm beforehand that a person stands by a real laser.")
+    ] = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Send the job of a bundle to a machine, block by block, each confirmed before the next.
+
+    Ctrl-C holds the feed, switches the beam off and closes the journal.
+
+    Examples:
+        blossom replay out/bunny --port emulator --arm
+
+        blossom replay out/bunny --port /dev/ttyUSB0 --frame
+    """
+    from studio.pipeline import replay_bundle
+
+    if dry_run + frame + arm > 1:
+        raise UsageError("--dry-run, --frame and --arm exclude each other; give one")
+    mode: Literal["dry-run", "frame", "arm"] = "arm" if arm else "frame" if frame else "dry-run"
+    summary = replay_bundle(bundle, port, mode, yes=yes, progress=Progress(quiet=quiet or json))
+    print_summary(summary, as_json=json)
+    return DONE
+
+
+def report(bundle: Bundle, /, *, json: Json = False, quiet: Quiet = False) -> int:
+    """Write the page for people and the animation.
+
+    Examples:
+        blossom report out/bunny
+    """
+    from studio.pipeline import run_stage
+    from studio.stages import report_stage
+
+    summary = run_stage(bundle, "report", report_stage, Progress(quiet=quiet or json))
+    print_summary(summary, as_json=json)
+    return DONE

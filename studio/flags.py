@@ -1,0 +1,96 @@
+"""Flags that commands share: names, help texts and checks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from studio.options import DEFAULT_MATERIAL, DEFAULT_RIG, MachineOptions, MeshOptions
+
+__all__ = [
+    "Base", "Budget", "Bundle", "Force", "Json", "MachineFlags", "Mesh", "MeshFlags", "Output", "Quiet",
+    "Rule", "Seed", "Tilt", "Without",
+]  # fmt: skip
+
+Rule = Literal["outside-in", "side", "sight", "contact", "substrate", "held", "clearance"]
+"""Rules that ``--without`` may switch off; the planner has the same list."""
+
+
+def positive(_kind: Any, value: float | None) -> None:  # noqa: ANN401  any annotated type
+    """Refuse what is not a finite number above zero."""
+    if value is not None and not (math.isfinite(value) and value > 0.0):
+        raise ValueError("must be a finite number above 0.")
+
+
+def not_negative(_kind: Any, value: float | None) -> None:  # noqa: ANN401  any annotated type
+    """Refuse what is not a finite number from zero on."""
+    if value is not None and not (math.isfinite(value) and value >= 0.0):
+        raise ValueError("must be a finite number, 0 or more.")
+
+
+Mesh = Annotated[Path, Parameter(help="Triangle mesh: STL, OBJ, PLY, OFF, glTF or GLB.")]
+Bundle = Annotated[Path, Parameter(help="Folder of the bundle.")]
+Output = Annotated[
+    Path | None, Parameter(name=["-o", "--output"], help="Folder of the bundle [named after the mesh].")
+]
+Seed = Annotated[int, Parameter(validator=not_negative, help="Seed of every random choice.")]
+Budget = Annotated[
+    float | None,
+    Parameter(validator=positive, help="Stop the searches after so many seconds with what they have."),
+]
+Base = Annotated[int | None, Parameter(validator=not_negative, help="Face that stays on the sheet [chosen].")]
+Tilt = Annotated[
+    float | None,
+    Parameter(validator=not_negative, help="Let the rotary tilt the sheet by so many degrees [of the rig]."),
+]
+Without = Annotated[
+    list[Rule],
+    Parameter(
+        consume_multiple=True, show_default=False, help="Switch rules off for a study; the output says so."
+    ),
+]
+Json = Annotated[bool, Parameter(name="--json", show_default=False, help="Print one JSON object.")]
+Quiet = Annotated[bool, Parameter(name=["-q", "--quiet"], show_default=False, help="No progress.")]
+Force = Annotated[bool, Parameter(show_default=False, help="Replace the bundle that is in the folder.")]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class MeshFlags:
+    """How the mesh is read."""
+
+    size: Annotated[
+        float | None, Parameter(validator=positive, help="Scale so that the longest side is so many mm.")
+    ] = None
+    scale: Annotated[
+        float | None, Parameter(validator=positive, help="Scale by a factor, such as 25.4 for inches.")
+    ] = None
+    faces: Annotated[int | None, Parameter(validator=positive, help="Coarsen to at most so many faces.")] = (
+        None
+    )
+
+    def options(self, path: Path) -> MeshOptions:
+        """The same as plain options."""
+        return MeshOptions(path, self.size, self.scale, self.faces)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class MachineFlags:
+    """Machine and sheet."""
+
+    rig: Annotated[str, Parameter(help="Machine: a name (see blossom rigs) or a profile file.")] = DEFAULT_RIG
+    material: Annotated[
+        str, Parameter(help="Sheet metal: a name (see blossom materials) or a profile file.")
+    ] = DEFAULT_MATERIAL
+    thickness: Annotated[
+        float | None, Parameter(validator=positive, help="Thickness of the sheet in mm [of the rig].")
+    ] = None
+
+    def options(self) -> MachineOptions:
+        """The same as plain options."""
+        return MachineOptions(self.rig, self.material, self.thickness)

@@ -1,0 +1,100 @@
+"""What a user may choose, as plain values: one small class per stage."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+__all__ = ["DEFAULT_MATERIAL", "DEFAULT_RIG", "MachineOptions", "MeshOptions", "NetOptions", "PlanOptions"]
+
+DEFAULT_RIG = "grbl-4axis"
+DEFAULT_MATERIAL = "304"
+
+
+@dataclass(frozen=True)
+class MachineOptions:
+    """Machine and sheet.
+
+    Attributes:
+        rig: name of a shipped rig or path of a profile.
+        material: name of a shipped material or path of a profile.
+        thickness_mm: of the sheet; None takes the rig's usual thickness.
+    """
+
+    rig: str = DEFAULT_RIG
+    material: str = DEFAULT_MATERIAL
+    thickness_mm: float | None = None
+
+
+@dataclass(frozen=True)
+class MeshOptions:
+    """How the mesh is read.
+
+    Attributes:
+        path: the file.
+        size_mm: wanted longest side; None keeps the size.
+        scale: factor; None keeps the size.
+        faces: most faces; a finer mesh is coarsened. None refuses meshes that are too fine.
+    """
+
+    path: Path
+    size_mm: float | None = None
+    scale: float | None = None
+    faces: int | None = None
+
+
+@dataclass(frozen=True)
+class NetOptions:
+    """How the net is made.
+
+    Attributes:
+        method: of the net search.
+        base: the base face; None chooses.
+        prove: spend more time on proving that the edits are fewest.
+        seed: of every random choice.
+        budget_s: end of the search; None searches a fixed amount of work.
+    """
+
+    method: str = "nb"
+    base: int | None = None
+    prove: bool = False
+    seed: int = 0
+    budget_s: float | None = None
+
+
+@dataclass(frozen=True)
+class PlanOptions:
+    """How the folds are planned.
+
+    Attributes:
+        planner: name of the planner.
+        tilt_deg: largest tilt of the rotary; None takes the rig's.
+        seed: of every random choice.
+        budget_s: end of the search; None searches a fixed amount of work.
+        without: rules that are switched off.
+        keep_net: fold the net as it is, try no other.
+        fixed_base: keep the base face of the net.
+    """
+
+    planner: str = "fp"
+    tilt_deg: float | None = None
+    seed: int = 0
+    budget_s: float | None = None
+    without: tuple[str, ...] = ()
+    keep_net: bool = False
+    fixed_base: bool = False
+
+
+def parameters(options: MeshOptions | NetOptions | PlanOptions) -> dict[str, Any]:
+    """Options as JSON values for the manifest; of paths only the name counts."""
+    values = asdict(options)
+    out: dict[str, Any] = {}
+    for name, value in values.items():
+        if isinstance(value, Path):
+            out[name] = value.name
+        elif isinstance(value, tuple):
+            out[name] = list(value)
+        else:
+            out[name] = value
+    return out

@@ -1,0 +1,119 @@
+"""Replaying the job of a bundle, on a machine or on the emulated one."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from studio.bundle_summary import validation_values
+from studio.errors import BundleError, UsageError
+from studio.workspace import RIG_FILE, Workspace
+
+if TYPE_CHECKING:
+    from rigs.replay_checks import Certificate
+
+__all__ = ["EMULATOR", "JOURNAL_PREFIX", "ask_person", "replay_stage"]
+
+EMULATOR = "emulator"
+"""The port that starts the product's own emulated machine."""
+
+JOURNAL_PREFIX = "journal-"
+"""Journals hold wall-clock times, so they are no part of the hashed set."""
+
+BANNER = "EMULATED machine: no laser, no metal; this process only answers as GRBL would"
+
+
+def replay_stage(
+    ws: Workspace,
+    port: str,
+    mode: Literal["dry-run", "frame", "arm"],
+    *,
+    confirm: Callable[[str], bool] | None = None,
+) -> str:
+    """Send the job and keep the journal in the bundle; returns the outcome in words.
+
+    Args:
+        ws: the bundle; its job must be there.
+        port: ``emulator`` or the URL of a machine.
+        mode: every move without light, the outline with the pilot light, or fire.
+        confirm: asked before a real machine fires, and where the job needs a person.
+
+    Raises:
+        BundleError: if the bundle has no job, or not the one that follows from its plan.
+        JobError: if the job may not be armed.
+        MachineError: if the machine refuses, fails or vanishes.
+    """
+    from rigs.replay import Progress as Position
+    from rigs.replay import replay
+
+    ws.manifest.sha256_of("job.gcode")
+    if ws.path("job.gcode").read_bytes() != ws.gcode:
+        raise BundleError(
+            f"{ws.path('job.gcode')}: not what this version makes of the plan; run: blossom job DIR"
+        )
+    journal = _next_journal(ws)
+
+    def tell(at: Position) -> None:
+        where = "EMULATED " if at.emulated else "REAL MACHINE "
+        ws.progress.update(
+            at.block / max(at.blocks, 1), f"{where}block {at.block} of {at.blocks}, step {at.step}"
+        )
+
+    with _machine(ws, port) as url, ws.progress.stage("replay", f"{mode} on {port}"):
+        done = replay(
+            ws.job, url, rig=ws.rig, journal_path=journal, mode=mode, certificate=_certificate(ws),
+            confirm=confirm, ask=confirm, on_progress=tell,
+        )  # fmt: skip
+    what = "EMULATED" if done.emulated else "REAL machine"
+    return f"{mode} on {what}: {done.outcome}, {len(done.done)} blocks confirmed, {journal.name}"
+
+
+def ask_person(*, yes: bool) -> Callable[[str], bool]:
+    """A function that asks a person on the terminal; with ``yes`` the answer was given beforehand."""
+
+    def ask(question: str) -> bool:
+        sys.stderr.write(f"{question}\n")
+        if yes:
+            return True
+        if not sys.stdin.isatty():
+            raise UsageError(
+                "a real laser needs a person: run this on a terminal, or add --yes if one stands by"
+            )
+        sys.stderr.write('Enclosure closed, eyewear on, emergency stop in reach? Type "yes" to go on: ')
+        sys.stderr.flush()
+        return sys.stdin.readline().strip().lower() == "yes"
+
+    return ask
+
+
+@contextlib.contextmanager
+def _machine(ws: Workspace, port: str) -> Iterator[str]:
+    if port != EMULATOR:
+        yield port
+        return
+    from rigs.emulator import start_emulator
+
+    ws.progress.note(BANNER)
+    with start_emulator(ws.path(RIG_FILE)) as machine:
+        yield machine.url
+
+
+def _next_journal(ws: Workspace) -> Path:
+    taken = [p.stem.removeprefix(JOURNAL_PREFIX) for p in ws.folder.glob(f"{JOURNAL_PREFIX}*.jsonl")]
+    number = 1 + max((int(text) for text in taken if text.isdigit()), default=0)
+    return ws.path(f"{JOURNAL_PREFIX}{number:03d}.jsonl")
+
+
+def _certificate(ws: Workspace) -> Certificate | None:
+    from rigs.replay_checks import Certificate
+
+    values = validation_values(ws)
+    if values is None:
+        return None
+    return Certificate(
+        str(values.get("verdict", "")),
+        *(str(values.get(f"{k}_sha256", "")) for k in ("job", "rig", "material")),
+    )

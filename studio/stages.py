@@ -1,0 +1,164 @@
+"""The stages of a run. Each reads what it needs from the bundle and writes its own files into it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from studio.errors import UsageError
+from studio.manifest import file_sha256
+from studio.options import MachineOptions, MeshOptions, NetOptions, PlanOptions, parameters
+from studio.workspace import Workspace
+
+__all__ = ["job_stage", "net_stage", "plan_stage", "report_stage", "validate_stage"]
+
+PLANNERS = ("fp",)
+"""Planners that ``--planner`` may name."""
+
+
+def net_stage(ws: Workspace, mesh: MeshOptions, options: NetOptions, machine: MachineOptions) -> None:
+    """Read the mesh and lay it flat: ``goal.ply``, ``net.fold`` and the profiles of rig and material.
+
+    Raises:
+        MeshError: if the mesh cannot be used.
+        NetError: if it has no net.
+    """
+    from planner.fold_file import write_fold
+    from planner.goal_file import write_goal_ply
+    from planner.make_net import make_net
+    from planner.read_goal import read_goal
+
+    ws.choose_machine(machine, "net")
+    with ws.progress.stage("mesh", f"reading {mesh.path.name}"):
+        goal = read_goal(
+            mesh.path, size_mm=mesh.size_mm, scale=mesh.scale, max_faces=mesh.faces, limits=ws.limits
+        )
+        write_goal_ply(goal, ws.path("goal.ply"))
+    ws.manifest.input = {
+        "name": mesh.path.name,
+        "sha256": goal.source_sha256 or file_sha256(mesh.path),
+    }
+    ws.manifest.goal = {"name": goal.name, "notices": list(goal.notices), "faces": len(goal.faces)}
+    ws.manifest.seed = options.seed
+    ws.manifest.parameters["mesh"] = parameters(mesh)
+    ws.manifest.parameters["net"] = parameters(options)
+    ws.record("net", "goal.ply")
+    if options.base is not None and not 0 <= options.base < len(goal.faces):
+        raise UsageError(
+            f"--base {options.base}: the goal has {len(goal.faces)} faces; "
+            f"choose a face from 0 to {len(goal.faces) - 1}"
+        )
+    with ws.progress.stage("net", f"laying {len(goal.faces)} faces flat"):
+        net = make_net(
+            ws.goal,
+            method=options.method,
+            base_face=options.base,
+            seed=options.seed,
+            budget_s=options.budget_s,
+        )
+        write_fold(net, ws.path("net.fold"))
+    ws.record("net", "net.fold")
+
+
+def plan_stage(ws: Workspace, options: PlanOptions) -> None:
+    """Plan folds, sheet and cuts: ``plan.json``, ``sheet.svg``, ``sheet.dxf`` and the net as it is folded.
+
+    Raises:
+        PlanError: if there is no plan.
+        UsageError: if an option asks for what the rig cannot do.
+    """
+    from planner.fold_file import write_fold
+    from planner.plan_file import write_plan
+    from planner.plan_folds import plan_folds
+    from planner.sheet_dxf import write_sheet_dxf
+    from planner.sheet_svg import write_sheet_svg
+    from twin.plan_process import plan_process
+
+    if options.planner not in PLANNERS:
+        raise UsageError(f"unknown planner '{options.planner}': choose one of {', '.join(PLANNERS)}")
+    limits = ws.limits
+    if options.tilt_deg is not None:
+        most = math.degrees(limits.max_tilt_rad)
+        if not 0.0 <= options.tilt_deg <= most + 1e-9:
+            raise UsageError(f"--tilt {options.tilt_deg:g}: rig {ws.rig.name} tilts by 0 to {most:g} degrees")
+        limits = replace(limits, max_tilt_rad=math.radians(options.tilt_deg))
+    first_run_note(ws)
+    with ws.progress.stage("plan", "planning the folds"):
+        plan = plan_folds(
+            ws.net, limits, seed=options.seed, budget_s=options.budget_s, fixed_base=options.fixed_base,
+            keep_net=options.keep_net, without=options.without, on_progress=ws.progress.update,
+        )  # fmt: skip
+        process = plan_process(plan, ws.rig, ws.material)
+        plan = plan.with_metrics(energy_j=process.energy_j, seconds=process.seconds)
+        write_fold(plan.net, ws.path("net.fold"))
+        ws.record("net", "net.fold")
+        write_plan(plan, ws.path("plan.json"), ws.hashes("goal", "net"))
+        write_sheet_svg(plan, ws.path("sheet.svg"))
+        write_sheet_dxf(plan, ws.path("sheet.dxf"))
+    ws.manifest.seed = options.seed
+    ws.manifest.parameters["plan"] = parameters(options)
+    ws.manifest.process = {"sha256": process.sha256}
+    ws.record("plan", "plan.json", "sheet.svg", "sheet.dxf")
+
+
+def validate_stage(ws: Workspace) -> str:
+    """Play the plan in MuJoCo: ``model.xml`` and ``validation.json``; returns the verdict.
+
+    The certificate names the hash of the job that follows from the plan, so that the machine gets what was
+    validated and nothing else.
+    """
+    from twin.mjcf_model import compile_model
+    from twin.validation import sheet_metal, validate
+    from twin.validation_file import write_validation
+
+    with ws.progress.stage("validate", "playing the plan in MuJoCo"):
+        model = compile_model(ws.plan, sheet_metal(ws.material))
+        ws.path("model.xml").write_text(model.xml, encoding="utf-8")
+        ws.record("validate", "model.xml")
+        validation = validate(ws.plan, ws.process, ws.rig, ws.material, model=model)
+        hashes = ws.hashes("goal", "net", "plan", "model") | {"job": ws.job.sha256}
+        write_validation(validation, ws.path("validation.json"), hashes)
+    ws.manifest.parameters["validate"] = {}
+    ws.record("validate", "validation.json")
+    return str(validation.verdict)
+
+
+def job_stage(ws: Workspace) -> None:
+    """Write the instructions of the rig: ``job.gcode`` and ``job.json``.
+
+    Raises:
+        JobError: if the rig cannot run the job.
+    """
+    from rigs.job_file import write_job
+
+    with ws.progress.stage("job", f"writing the instructions of {ws.rig.name}"):
+        ws.path("job.gcode").write_bytes(ws.gcode)
+        write_job(ws.job, ws.path("job.json"))
+    ws.manifest.parameters["job"] = {}
+    ws.record("job", "job.gcode", "job.json")
+
+
+def report_stage(ws: Workspace) -> None:
+    """Write what people look at: ``report.html`` and ``motion.glb``."""
+    from studio.bundle_summary import bundle_summary, step_settings, validation_values
+    from studio.motion_glb import motion_glb
+    from studio.report import report_html
+
+    with ws.progress.stage("report", "writing the page and the animation"):
+        ws.path("motion.glb").write_bytes(motion_glb(ws.plan))
+        page = report_html(
+            ws.plan, bundle_summary(ws), ws.manifest,
+            settings=step_settings(ws), validation=validation_values(ws),
+        )  # fmt: skip
+        ws.path("report.html").write_bytes(page)
+    ws.manifest.parameters["report"] = {}
+    ws.record("report", "motion.glb", "report.html")
+
+
+def first_run_note(ws: Workspace) -> None:
+    """Say so when the planner's kernels have to be compiled first."""
+    from importlib import resources
+
+    cache = resources.files("planner") / "_kernels" / "__pycache__"
+    if cache.is_dir() and not any(entry.name.endswith(".nbi") for entry in cache.iterdir()):
+        ws.progress.note("first run: compiling the planner's kernels once, this takes some seconds")
