@@ -207,7 +207,7 @@ class Material(Profile, frozen=True, kw_only=True):
         return float(y[i] + (y[i + 1] - y[i]) * (temperature_c - x[i]) / (x[i + 1] - x[i]))
 
     def yield_mpa_at(self, temperature_c: float) -> float:
-        """Yield stress of the used temper, MPa: its lead over the table fades until the anneal temperature."""
+        """Yield stress of the used temper, MPa: its lead over the table fades until it is annealed."""
         cold = self.temper[self.temper_name].yield_mpa - self.value("yield_mpa", 20.0)
         left = (self.constants.anneal_c - temperature_c) / (self.constants.anneal_c - 20.0)
         table = self.value("yield_mpa", temperature_c)

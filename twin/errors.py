@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["ModelError", "SimulationError", "TwinError", "ValidationFileError"]
+__all__ = ["HeatingError", "ModelError", "SimulationError", "TwinError", "ValidationFileError"]
 
 
 class TwinError(Exception):
@@ -19,3 +19,7 @@ class SimulationError(TwinError, RuntimeError):
 
 class ValidationFileError(TwinError, ValueError):
     """A certificate does not follow its format (exit code 2)."""
+
+
+class HeatingError(TwinError, ValueError):
+    """A laser setting is impossible, or nothing that the rig can do folds this metal (exit code 2)."""
