@@ -1,0 +1,314 @@
+"""A flat net that can be changed: exchange one crease for another, ask what overlaps, take it back."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.dual_graph import DualGraph
+from planner.errors import NetError
+from planner.net import Net, NetCertificate
+from planner.net_from_tree import net_from_tree
+
+if TYPE_CHECKING:
+    from planner._kernels.net_kernels import NetArrays
+
+__all__ = ["LEAST_TAB_EDGE_MM", "FlatLayout"]
+
+LEAST_TAB_EDGE_MM = 2.0
+"""The base panel keeps a free edge at least this long (or as long as its longest side), so that a tab can hold it."""
+
+UNDO_DEPTH = 64
+"""How many exchanges can be taken back."""
+
+
+class FlatLayout:
+    """A spanning tree of a dual graph, rooted at a base face and laid flat.
+
+    ``exchange`` replaces one crease by another by moving the smaller part rigidly, and does so only if nothing
+    overlaps afterwards and the base panel still has a free edge for a tab (with room beside it, if there was room
+    before). Flat joints are never cut. The pose of the whole net in the plane is arbitrary and changes with
+    exchanges; ``to_net`` lays it out afresh from the base.
+    """
+
+    def __init__(
+        self, graph: DualGraph, tree: NDArray[np.bool_], base: int, *, hold_base: bool = True
+    ) -> None:
+        """Lay out ``tree``.
+
+        Args:
+            graph: the dual graph of the goal.
+            tree: (M,) True for the creases and flat joints; they must span the faces without a cycle.
+            base: the stationary face.
+            hold_base: whether exchanges must leave a free edge for a tab at the base panel.
+
+        Raises:
+            NetError: if ``tree`` is not a spanning tree, or ``base`` is not a face.
+        """
+        from planner._kernels import net_kernels
+
+        self.graph = graph
+        self._kernels = net_kernels
+        self._hold_base = hold_base
+        self._history: deque[tuple[int, int, NDArray[np.int64], NDArray[np.float64]]] = deque(
+            maxlen=UNDO_DEPTH
+        )
+        if np.shape(tree) != (len(graph.faces),):
+            raise NetError(
+                f"a tree mask has one entry per interior edge, ({len(graph.faces)},), got {np.shape(tree)}"
+            )
+        self.arrays: NetArrays = net_arrays(graph, np.asarray(tree, dtype=np.bool_))
+        self._set_base(base)
+        self._lay()
+
+    # -- what it is ------------------------------------------------------------------------------------------
+
+    @property
+    def base(self) -> int:
+        """The stationary face."""
+        return int(self.arrays.number[self._kernels.BASE])
+
+    @property
+    def tree(self) -> NDArray[np.bool_]:
+        """(M,) True for the edges of the tree, a copy."""
+        return self.arrays.edge[:, self._kernels.TREE] != 0
+
+    @property
+    def parent(self) -> NDArray[np.int64]:
+        """(F,) parent face, -1 for the base; a view that exchanges change."""
+        return self.arrays.node[self._kernels.PARENT]
+
+    @property
+    def slot(self) -> NDArray[np.int64]:
+        """(F,) side of the face (corner k to k + 1) that lies on its crease, -1 for the base; a view."""
+        return self.arrays.node[self._kernels.SLOT]
+
+    @property
+    def crease(self) -> NDArray[np.int64]:
+        """(F,) interior edge of the dual graph that joins a face to its parent, -1 for the base; a view."""
+        return self.arrays.node[self._kernels.CREASE]
+
+    @property
+    def depth(self) -> NDArray[np.int64]:
+        """(F,) folds between a face and the base (flat joints do not count); a view."""
+        return self.arrays.node[self._kernels.DEPTH]
+
+    @property
+    def order(self) -> NDArray[np.int64]:
+        """(F,) faces, every parent before its children; a view."""
+        return self.arrays.node[self._kernels.ORDER]
+
+    @property
+    def corners(self) -> NDArray[np.float64]:
+        """(F, 3, 2) flat positions in mm, corner by corner as in the goal; a copy."""
+        first = self._kernels.CORNER
+        return self.arrays.real[:-1, first : first + 6].reshape(-1, 3, 2).copy()
+
+    @property
+    def target(self) -> NDArray[np.float64]:
+        """(F,) goal fold angle in rad at the crease of each face, 0 for flat joints and the base."""
+        crease = self.crease
+        angle: NDArray[np.float64] = np.where(self.graph.flat, 0.0, self.graph.fold_angle)[crease]
+        angle[crease < 0] = 0.0
+        return angle
+
+    @property
+    def overlaps(self) -> int:
+        """Number of overlapping face pairs when the layout was made (exchanges never add one)."""
+        return self._overlaps
+
+    @property
+    def outline(self) -> NDArray[np.int64]:
+        """(K, 3) sides of the base panel long enough for a tab: face, slot, interior edge or -1."""
+        return self._outline
+
+    def path(self, face_a: int, face_b: int) -> NDArray[np.int64]:
+        """Interior edges on the tree path from one face to another (unordered)."""
+        from planner._kernels.nb_kernels import tree_path
+
+        out = np.empty(len(self.graph.goal.faces), dtype=np.int64)
+        return out[: tree_path(self.arrays, int(face_a), int(face_b), out)]
+
+    def joinable(self, cut_edge: int) -> NDArray[np.int64]:
+        """Interior edges that would join the two components again if ``cut_edge`` were cut, ascending.
+
+        Raises:
+            NetError: if ``cut_edge`` is not in the tree.
+        """
+        from planner._kernels.nb_kernels import joining_edges
+
+        self._check_cut(cut_edge)
+        out = np.empty(len(self.graph.faces), dtype=np.int64)
+        self._kernels.component(self.arrays, int(cut_edge))
+        found = out[: joining_edges(self.arrays, out)]
+        self._kernels.unmark(self.arrays)
+        return np.sort(found)
+
+    def overlapping_pairs(self) -> NDArray[np.int64]:
+        """(P, 2) overlapping face pairs, lower face first, in ascending order."""
+        from planner.overlap import overlapping_triangles
+
+        return np.array(overlapping_triangles(self.corners), dtype=np.int64).reshape(-1, 2)
+
+    def free_edges(self) -> int:
+        """How many sides of the base panel that are long enough for a tab are not creases."""
+        from planner._kernels.nb_kernels import free_edges
+
+        return int(free_edges(self.arrays, self._outline))
+
+    def tab_has_room(self) -> bool:
+        """True if some free side of the base panel has no other face within 1 mm along 2 mm of its length."""
+        from planner._kernels.nb_kernels import clear_tabs
+
+        return bool(clear_tabs(self.arrays, self._outline, 1, self.arrays.entry, 0))
+
+    # -- changing it -----------------------------------------------------------------------------------------
+
+    def exchange(self, cut_edge: int, join_edge: int) -> bool:
+        """Replace crease ``cut_edge`` by ``join_edge`` if the result is overlap-free and can be held.
+
+        Returns False, and changes nothing, if the moved part would overlap the rest, ``join_edge`` does not join
+        the two parts, ``cut_edge`` is a flat joint, or the base panel would lose its free edge or the room for a
+        tab that it has.
+
+        Raises:
+            NetError: if ``cut_edge`` is not in the tree or ``join_edge`` is.
+        """
+        from planner._kernels.nb_kernels import hold_is_kept
+
+        self._check_cut(cut_edge)
+        cut, join = int(cut_edge), int(join_edge)
+        arrays, kernels = self.arrays, self._kernels
+        if not 0 <= join < len(self.graph.faces) or arrays.edge[join, kernels.TREE]:
+            raise NetError(f"edge {join} is not an interior edge that is cut; choose one of joinable({cut})")
+        if arrays.edge[cut, kernels.FROZEN]:
+            return False
+        if self._held and not hold_is_kept(arrays, self._outline, cut, join):
+            return False
+        if kernels.swap_is_free(arrays, cut, join) != 1:
+            return False
+        before = arrays.real[:-1, kernels.POSE : kernels.POSE + 4].copy()
+        kernels.swap(arrays, cut, join)
+        members = np.flatnonzero((arrays.real[:-1, kernels.POSE : kernels.POSE + 4] != before).any(axis=1))
+        self._history.append((cut, join, members, before[members]))
+        if self._roomy and not self.tab_has_room():
+            self.undo()
+            return False
+        return True
+
+    def undo(self) -> None:
+        """Take the last exchange back, exactly (up to 64 of them).
+
+        Raises:
+            NetError: if there is nothing to take back.
+        """
+        if not self._history:
+            raise NetError(
+                f"nothing to take back: the last {UNDO_DEPTH} exchanges are kept, and set_base forgets them"
+            )
+        cut, join, members, poses = self._history.pop()
+        self.arrays.edge[cut, self._kernels.TREE], self.arrays.edge[join, self._kernels.TREE] = 1, 0
+        self._kernels.place_back(self.arrays, members, poses)
+
+    def set_base(self, face: int) -> None:
+        """Make another face the stationary one. Exchanges made before cannot be taken back any more.
+
+        Raises:
+            NetError: if ``face`` is not a face.
+        """
+        self._set_base(face)
+        self._look_at_base()
+
+    def copy(self) -> FlatLayout:
+        """An independent layout in the same state (without the exchanges to take back)."""
+        twin = object.__new__(FlatLayout)
+        twin.__dict__.update(self.__dict__)
+        twin.arrays = type(self.arrays)(*(array.copy() for array in self.arrays))
+        twin._history = deque(maxlen=UNDO_DEPTH)
+        return twin
+
+    def to_net(self, certificate: NetCertificate | None = None) -> Net:
+        """The net, laid out afresh in double precision from the base face (its corner 0 at the origin)."""
+        return net_from_tree(self.graph, self.parent, self.crease, self.order, self.base, certificate)
+
+    # -- inside ----------------------------------------------------------------------------------------------
+
+    def _check_cut(self, edge: int) -> None:
+        if not (0 <= edge < len(self.graph.faces) and self.arrays.edge[edge, self._kernels.TREE]):
+            raise NetError(f"edge {edge} is not in the tree; choose one of its {len(self.parent) - 1} edges")
+
+    def _set_base(self, face: int) -> None:
+        count = len(self.graph.goal.faces)
+        if not 0 <= face < count:
+            raise NetError(f"base face {face} does not exist: the goal has faces 0 to {count - 1}")
+        if self._kernels.root_tree(self.arrays, int(face)) != count:
+            raise NetError(
+                "the edges given are not a spanning tree of the faces: some faces are cut off, or there is a cycle"
+            )
+        self._history.clear()
+        self._outline = base_outline(self.graph, face)
+        sides = self._outline[:, 2]
+        self.arrays.edge[:, self._kernels.OUTLINE] = 0
+        self.arrays.edge[sides[sides >= 0], self._kernels.OUTLINE] = 1
+
+    def _lay(self) -> None:
+        self._kernels.lay_flat(self.arrays)
+        self._overlaps = int(self._kernels.all_overlaps(self.arrays, self.arrays.entry, 0))
+        self._look_at_base()
+
+    def _look_at_base(self) -> None:
+        self._held = self._hold_base and self.free_edges() > 0
+        self._roomy = self._hold_base and self.tab_has_room()
+
+
+def base_outline(graph: DualGraph, base: int) -> NDArray[np.int64]:
+    """(K, 3) rows (face, slot, interior edge or -1) of the sides of a base panel that are long enough for a tab.
+
+    Long enough is LEAST_TAB_EDGE_MM, or the longest side where all are shorter. Edges between two faces of the
+    panel do not count.
+    """
+    members = np.flatnonzero(graph.panel == graph.panel[base])
+    edges = graph.face_edges[members]
+    other = graph.faces[edges, 0] + graph.faces[edges, 1] - members[:, None]
+    outer = (edges < 0) | (graph.panel[other] != graph.panel[base])
+    length = np.where(outer, graph.side_length[members], -1.0)
+    enough = min(LEAST_TAB_EDGE_MM, float(length.max()) * (1.0 - 1e-9))
+    row, slot = np.nonzero(length >= enough)
+    return np.ascontiguousarray(np.stack([members[row], slot, edges[row, slot]], axis=1))
+
+
+def net_arrays(graph: DualGraph, tree: NDArray[np.bool_] | None = None) -> NetArrays:
+    """Arrays of the kernels for a dual graph and a tree, nothing laid out yet."""
+    from planner._kernels import net_kernels as k
+
+    faces, local, side = len(graph.goal.faces), graph.flat_corners, graph.side_length
+    longest = side.max(axis=1)
+    cell = max(float(longest.mean()), float(longest.max()) / 16.0)
+    per_face = (np.floor(longest / cell).astype(np.int64) + 2) ** 2
+    real = np.zeros((faces + 1, k.REALS))
+    real[:-1, k.LOCAL : k.LOCAL + 6] = local.reshape(-1, 6)
+    real[:-1, k.SIDE : k.SIDE + 3] = side
+    real[:-1, k.RADIUS] = np.linalg.norm(local - local.mean(axis=1, keepdims=True), axis=2).max(axis=1)
+    real[:, k.CELL] = cell
+    node = np.zeros((k.NODES, faces), dtype=np.int64)
+    node[k.SIDES : k.SIDES + 3] = graph.face_edges.T
+    node[k.FIRST, 1:] = np.cumsum(per_face)[:-1]
+    edge = np.zeros((len(graph.faces), k.EDGES), dtype=np.int64)
+    edge[:, k.FACES : k.FACES + 2] = graph.faces
+    edge[:, k.SLOTS : k.SLOTS + 2] = graph.slots
+    edge[:, k.FLAT] = graph.flat
+    edge[:, k.FROZEN] = graph.flat_forest
+    if tree is not None:
+        edge[:, k.TREE] = tree
+    return k.NetArrays(
+        real=real,
+        node=node,
+        edge=edge,
+        turn=graph.turn.copy(),
+        head=np.full(1 << max(4, int(np.ceil(np.log2(4 * faces)))), -1, dtype=np.int64),
+        entry=np.zeros((int(per_face.sum()), 4), dtype=np.int64),
+        number=np.zeros(k.NUMBERS, dtype=np.int64),
+    )
