@@ -226,6 +226,7 @@ class _Run:
         loaded.moving_contacts_on(turn)
         seen: dict[tuple[tuple[int, ...], tuple[int, ...]], Touch] = {}
         given, looked = 0.0, 0.0
+        base = float(data.plastic[plastic])
         for k in range(1, count + 1):
             share = k / count
             share *= share * (3.0 - 2.0 * share)
@@ -236,8 +237,8 @@ class _Run:
             given = wanted
             self._step()
             self._collect(turn, seen)
-            if abs(data.qpos[qpos] - (turn.from_rad + given)) > settings.largest_lag_rad:
-                lag = np.degrees(data.qpos[qpos] - turn.from_rad - given)
+            if abs(data.qpos[qpos] - (base + given)) > settings.largest_lag_rad:
+                lag = np.degrees(data.qpos[qpos] - base - given)
                 raise _DivergedError(f"{turn.joint} is {lag:.1f}° away from where it was driven")
             if abs(given) - looked >= settings.sight_every_rad and stop_at is None:
                 looked = abs(given)

@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from rigs.process import Process
+from twin.errors import ModelError
 from twin.timeline import Turn
 
-__all__ = ["EqualPasses", "Heating"]
+__all__ = ["EqualPasses", "Heating", "ProcessHeating"]
 
 
 class Heating(Protocol):
@@ -40,3 +42,35 @@ class EqualPasses:
         angle = turn.to_rad - turn.from_rad
         count = max(1, math.ceil(abs(angle) / self.per_pass_rad - 1e-9))
         return (angle / count,) * count
+
+
+@dataclass(frozen=True, eq=False)
+class ProcessHeating:
+    """The passes of a process table, as its heating model predicts them.
+
+    Attributes:
+        process: the table; turns that it does not know (bent substrate) get equal passes.
+    """
+
+    process: Process
+
+    @property
+    def name(self) -> str:
+        """Name of the process's heating model."""
+        return self.process.model
+
+    def plastic_increments(self, turn: Turn) -> Sequence[float]:
+        """Increments of the process for the plan step of ``turn``.
+
+        Raises:
+            ModelError: if the process has another crease at that step.
+        """
+        fold = self.process.fold_at.get(turn.step)
+        if fold is None:
+            return EqualPasses().plastic_increments(turn)
+        if fold.crease != turn.crease:
+            raise ModelError(
+                f"step {turn.step} folds crease {turn.crease}, but the process crease {fold.crease}: "
+                "it was made for another plan"
+            )
+        return fold.increments_rad

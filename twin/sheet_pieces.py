@@ -93,17 +93,23 @@ def _merge(
             t = owner[t]
         return t
 
-    for _, a, b in shared:
-        left, right = root(side_of[a, b]), root(side_of[b, a])
-        if left == right:
-            continue
-        loop = _joined(loops[left], loops[right], a, b)
-        if loop is None or not _convex(xy, loop):
-            continue
-        loops[left] = loop
-        owner[right] = left
-        content[left] += content.pop(right)
-        del loops[right]
+    while shared:  # a merge that is not convex now may be once its neighbours have grown
+        waiting = []
+        for item in shared:
+            left, right = root(side_of[item[1:]]), root(side_of[item[:0:-1]])
+            if left == right:
+                continue
+            loop = _joined(loops[left], loops[right], *item[1:])
+            if loop is None or not _convex(xy, loop):
+                waiting.append(item)
+                continue
+            loops[left] = loop
+            owner[right] = left
+            content[left] += content.pop(right)
+            del loops[right]
+        if len(waiting) == len(shared):
+            break
+        shared = waiting
     return [(content[t], loops[t]) for t in sorted(loops)]
 
 

@@ -1,0 +1,165 @@
+"""``validation.json``: the certificate on disk, angles in degrees."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+from planner.atomic_file import write_atomic
+from twin.errors import ValidationFileError
+from twin.events import Event
+from twin.scatter import ScatterResult, Spread
+from twin.validation import Hinge, Validation
+
+__all__ = ["read_validation", "read_validation_hashes", "validation_bytes", "write_validation"]
+
+FORMAT, VERSION = "metal-blossom/validation", 1
+
+_RENAMED = {"largest_sag_rad": "largest_sag"}
+
+
+def validation_bytes(validation: Validation, hashes: Mapping[str, str]) -> bytes:
+    """The file's content; the same certificate and hashes give the same bytes.
+
+    Args:
+        validation: the certificate.
+        hashes: what it was made from, such as ``{"plan": "…"}``; written as ``plan_sha256`` and so on.
+
+    Raises:
+        ValidationFileError: if a figure is not finite.
+    """
+    data: dict[str, Any] = {"format": FORMAT, "version": VERSION}
+    data |= {f"{name}_sha256": digest for name, digest in sorted(hashes.items())}
+    for item in fields(validation):
+        data.setdefault(_RENAMED.get(item.name, item.name), getattr(validation, item.name))
+    data["events"] = [_event(e) for e in validation.events]
+    data["missed_by_dynamics"] = [_event(e) for e in validation.missed_by_dynamics]
+    data["hinges"] = [
+        {"crease": h.crease, "goal": _degrees(h.goal_rad), "wanted": _degrees(h.wanted_rad),
+         "reached": _degrees(h.reached_rad)}
+        for h in validation.hinges
+    ]  # fmt: skip
+    data["largest_sag"] = _degrees(validation.largest_sag_rad)
+    data["heating"] = {
+        "model": validation.heating, "calibration": validation.calibration, "grade": validation.grade,
+        "flags": list(validation.flags),
+    }  # fmt: skip
+    del data["calibration"], data["grade"], data["flags"]
+    scatter = asdict(validation.scatter)
+    for name in ("open_loop", "touched_up"):
+        scatter[name]["angle_error"] = [_degrees(a) for a in scatter[name].pop("angle_error_rad")]
+    data["scatter"] = scatter
+    try:
+        return (json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode()
+    except ValueError as error:
+        raise ValidationFileError(f"the certificate holds a figure that is not finite: {error}") from error
+
+
+def write_validation(
+    validation: Validation, path: str | os.PathLike[str], hashes: Mapping[str, str] | None = None
+) -> None:
+    """Write the certificate, whole or not at all.
+
+    Raises:
+        ValidationFileError: if a figure is not finite.
+        OSError: if the file cannot be written.
+    """
+    write_atomic(path, validation_bytes(validation, hashes or {}))
+
+
+def read_validation(path: str | os.PathLike[str]) -> Validation:
+    """Read a certificate back.
+
+    Raises:
+        ValidationFileError: if the file is not a certificate of this version; the message names the place.
+        OSError: if it cannot be read.
+    """
+    data = _parse(path)
+    try:
+        heating = data["heating"]
+        scatter = dict(data["scatter"])
+        for name in ("open_loop", "touched_up"):
+            scatter[name] = _read_spread(scatter[name])
+        scatter["weakest_creases"] = tuple(scatter["weakest_creases"])
+        known = {item.name for item in fields(Validation)}
+        plain = {k: v for k, v in data.items() if k in known}
+        return Validation(
+            **plain
+            | {
+                "events": tuple(_read_event(e) for e in data["events"]),
+                "missed_by_dynamics": tuple(_read_event(e) for e in data["missed_by_dynamics"]),
+                "hinges": tuple(
+                    Hinge(int(h["crease"]), *(math.radians(h[k]) for k in ("goal", "wanted", "reached")))
+                    for h in data["hinges"]
+                ),
+                "largest_sag_rad": math.radians(data["largest_sag"]),
+                "heating": heating["model"], "calibration": heating["calibration"], "grade": heating["grade"],
+                "flags": tuple(heating["flags"]), "scatter": ScatterResult(**scatter),
+                "warnings": tuple(data["warnings"]),
+            }
+        )  # fmt: skip
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValidationFileError(
+            f"{path}: not a complete certificate ({error!r}): validate again"
+        ) from error
+
+
+def read_validation_hashes(path: str | os.PathLike[str]) -> dict[str, str]:
+    """What the certificate is bound to: name → sha256, such as ``plan``, ``job``, ``rig``, ``model``.
+
+    Raises:
+        ValidationFileError: if the file is not a certificate.
+        OSError: if it cannot be read.
+    """
+    suffix = "_sha256"
+    return {k.removesuffix(suffix): str(v) for k, v in _parse(path).items() if k.endswith(suffix)}
+
+
+def _parse(path: str | os.PathLike[str]) -> dict[str, Any]:
+    try:
+        data = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+        raise ValidationFileError(f"{path}: not JSON ({error}): validate again") from error
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        raise ValidationFileError(f'{path}: not a certificate: expected "format": "{FORMAT}"')
+    if data.get("version") != VERSION:
+        raise ValidationFileError(
+            f"{path}: certificate version {data.get('version')!r}, expected {VERSION}: validate again"
+        )
+    return data
+
+
+def _degrees(angle_rad: float) -> float:
+    """Degrees to 1e-9, so that reading and writing again gives the same bytes."""
+    return round(math.degrees(angle_rad), 9)
+
+
+def _read_spread(data: Mapping[str, Any]) -> Spread:
+    low, middle, high = data["angle_error"]
+    return Spread(
+        float(data["probability"]), tuple(data["shape_rms_mm"]), tuple(data["shape_rms_rel"]),
+        (math.radians(low), math.radians(middle), math.radians(high)),
+    )  # fmt: skip
+
+
+def _event(event: Event) -> dict[str, Any]:
+    return {
+        "kind": event.kind, "step": event.step, "crease": event.crease, "faces": list(event.faces),
+        "substrate": list(event.substrate), "depth": event.depth_mm, "force": event.force_n,
+        "angle": _degrees(event.angle_rad), "time": event.time_s if event.time_s >= 0.0 else None,
+        "detail": event.detail,
+    }  # fmt: skip
+
+
+def _read_event(data: Mapping[str, Any]) -> Event:
+    time = data["time"]
+    return Event(
+        data["kind"], int(data["step"]), int(data["crease"]), tuple(data["faces"]), tuple(data["substrate"]),
+        float(data["depth"]), float(data["force"]), math.radians(data["angle"]),
+        -1.0 if time is None else float(time), str(data["detail"]),
+    )  # fmt: skip
