@@ -202,7 +202,8 @@ class Controller:
                 raise self._mute()
             if poll and now >= next_ask:
                 self.gate.ask_status()
-                asked, next_ask = now, now + period
+                asked = now if asked is None else asked
+                next_ask = now + period
             if now - start > patience_s:
                 raise MachineError(
                     f"{count - got} of {count} answers are missing after {now - start:.1f} s: "

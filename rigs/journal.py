@@ -23,7 +23,7 @@ class Journal:
     Attributes:
         path: of the file.
         header: what was replayed, where and how.
-        done: indices of the blocks that the machine confirmed, in order.
+        done: indices of the blocks that the machine confirmed, in order (head and tail left out).
         in_doubt: the block whose light may or may not have burnt, or None.
         outcome: how it ended; ``unfinished`` when the last record is missing.
         reason: why it stopped, in words.
@@ -132,7 +132,7 @@ def _summary(path: Path, records: list[dict[str, Any]], torn: bool) -> Journal:
         if record["kind"] == "intent":
             doubt = record["block"]
         elif record["kind"] == "done":
-            done.append(record["block"])
+            done += [record["block"]] if record["block"] >= 0 else []
             doubt = None if doubt == record["block"] else doubt
     last = records[-1]
     ended = last["kind"] == "end"

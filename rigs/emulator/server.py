@@ -48,10 +48,10 @@ def serve(
         last = now
         if parent_fd is not None and parent_fd in ready:
             break
-        if listener in ready:
-            client = _accept(machine, listener, client)
         if client is not None and client in ready:
-            client = _read(machine, client)
+            client = _read(machine, client)  # before accepting: it may have hung up
+        elif listener in ready:
+            client = _accept(machine, listener, client)
         if client is not None and machine.out:
             client = _write(machine, client)
         elif client is None:
