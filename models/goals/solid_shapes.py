@@ -1,4 +1,4 @@
-"""Round shapes: a closed star and a tube wound like a snail's shell. Sizes in mm before scaling."""
+"""Shapes that close around a middle: a star and a tube wound like a snail's shell. Sizes in mm."""
 
 from __future__ import annotations
 
@@ -9,15 +9,24 @@ from models.goals.folded_panels import Mesh
 __all__ = ["snail_tube", "star"]
 
 
-def star(points: int = 6) -> Mesh:
-    """A closed star: two flat pyramids over the same star outline."""
+def star(points: int = 5) -> Mesh:
+    """A raised star with a flared rim, open below."""
     count = 2 * points
     angle = np.arange(count) * np.pi / points
-    radius = np.where(np.arange(count) % 2 == 0, 30.0, 16.0)
-    rim = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(count)])
-    vertices = np.vstack([rim, [[0.0, 0.0, 9.0], [0.0, 0.0, -9.0]]])
-    faces = [(k, (k + 1) % count, count) for k in range(count)]
-    faces += [((k + 1) % count, k, count + 1) for k in range(count)]
+    radius = np.where(np.arange(count) % 2 == 0, 30.0, 15.0)
+    outline = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(count)])
+    rim = outline * 1.3 - [0.0, 0.0, 6.0]
+    vertices = np.vstack([outline, rim, [[0.0, 0.0, 9.0]]])
+    faces = []
+    for k in range(count):
+        j = (k + 1) % count
+        faces.append((k, j, 2 * count))
+        if np.sum((vertices[k] - vertices[count + j]) ** 2) < np.sum(
+            (vertices[j] - vertices[count + k]) ** 2
+        ):
+            faces += [(k, count + k, count + j), (k, count + j, j)]
+        else:
+            faces += [(k, count + k, j), (j, count + k, count + j)]
     return vertices, np.array(faces, dtype=np.int64)
 
 

@@ -10,7 +10,7 @@ import pytest
 from benchmarks.corpus import main, mesh_kind
 from models.goals import goal_path
 
-# Passes "star" with a bundle, refuses "flower" with a message, crashes on "crown", hangs on "antenna".
+# Passes creature_coarse with a bundle, refuses flower with a message, crashes on crown, hangs on antenna.
 STAND_IN = """#!{python}
 import json, pathlib, sys, time
 mesh, folder = pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[4])
@@ -44,7 +44,7 @@ def stand_in(tmp_path):
 
 
 def run(tmp_path, stand_in, *options):
-    folder = goal_path("star").parent
+    folder = goal_path("creature_coarse").parent
     arguments = ["--meshes", str(folder), "--command", str(stand_in), "-o", str(tmp_path / "out"), *options]
     assert main(arguments) == 0
     with (tmp_path / "out" / "corpus.csv").open(newline="") as file:
@@ -53,10 +53,10 @@ def run(tmp_path, stand_in, *options):
 
 
 def test_each_way_to_end_has_its_line(tmp_path, stand_in):
-    names = ["star", "flower", "crown", "antenna"]
+    names = ["creature_coarse", "flower", "crown", "antenna"]
     rows, text = run(tmp_path, stand_in, "--limit", "5", "--only", *names)
     assert set(rows) == set(names)
-    star = rows["star"]
+    solid = rows["creature_coarse"]
     figures = (
         "kind",
         "faces",
@@ -68,7 +68,7 @@ def test_each_way_to_end_has_its_line(tmp_path, stand_in):
         "blocked",
         "steps",
     )
-    assert [star[key] for key in figures] == ["closed", "24", "0", "pass", "3", "0.96", "0.125", "1", "2"]
+    assert [solid[key] for key in figures] == ["closed", "156", "0", "pass", "3", "0.96", "0.125", "1", "2"]
     assert (rows["flower"]["exit_code"], rows["flower"]["reason"]) == ("1", "not formable from one sheet")
     assert (rows["crown"]["exit_code"], rows["crown"]["reason"]) == ("2", "")
     assert (rows["antenna"]["exit_code"], rows["antenna"]["reason"]) == ("-1", "over the limit of 5 s")
@@ -84,16 +84,16 @@ def test_each_way_to_end_has_its_line(tmp_path, stand_in):
 def test_what_the_checker_says_is_in_the_table(tmp_path, stand_in, ok, kinds, code, found):
     checker = tmp_path / "checker.py"
     checker.write_text(CHECKER.format(ok=ok, kinds=kinds, code=code))
-    rows, text = run(tmp_path, stand_in, "--only", "star", "--checker", str(checker))
-    assert rows["star"]["checker"].startswith(found)
+    rows, text = run(tmp_path, stand_in, "--only", "creature_coarse", "--checker", str(checker))
+    assert rows["creature_coarse"]["checker"].startswith(found)
     assert f"checker: {int(code == 0)} of 1 bundles without a finding" in text
 
 
 def test_bundles_are_kept_only_when_asked(tmp_path, stand_in):
-    run(tmp_path, stand_in, "--only", "star")
+    run(tmp_path, stand_in, "--only", "creature_coarse")
     assert not (tmp_path / "out" / "bundles").exists()
-    run(tmp_path, stand_in, "--only", "star", "--keep")
-    assert (tmp_path / "out" / "bundles" / "star" / "plan.json").is_file()
+    run(tmp_path, stand_in, "--only", "creature_coarse", "--keep")
+    assert (tmp_path / "out" / "bundles" / "creature_coarse" / "plan.json").is_file()
 
 
 def test_nothing_to_run_is_said(tmp_path, capsys):
@@ -102,5 +102,5 @@ def test_nothing_to_run_is_said(tmp_path, capsys):
 
 
 def test_kind_and_faces_of_shapes():
-    assert mesh_kind(goal_path("star")) == ("closed", 24)
+    assert mesh_kind(goal_path("creature_coarse")) == ("closed", 156)
     assert mesh_kind(goal_path("crown")) == ("open", 30)

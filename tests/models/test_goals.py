@@ -15,7 +15,7 @@ from models.goals import goal_names, goal_path
 from models.goals.folded_panels import PanelModel
 from models.goals.make_goals import LONGEST_SIDE_MM, SHAPES, goal_text, make_goals
 
-CLOSED = {"star", "creature_coarse", "creature_fine"}
+CLOSED = {"creature_coarse", "creature_fine"}
 EULER = {"crown": 0} | dict.fromkeys(CLOSED, 2)  # all others are discs
 TREES = ("antenna", "bracket", "bug_robot", "drone_frame", "flower")
 
