@@ -142,7 +142,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
 
     reach_out = np.zeros(2)
     while True:
-        best_face, best_option, best_reach, best_free, best_loss = -1, -1, 0.0, 0.0, np.inf
+        best_face, best_option, best_loss = -1, -1, np.inf
         progressed = False
         for attempt in range(options + 1):
             # the option now in force first, then the others in the order of preference from its side
@@ -292,7 +292,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                     reach = max(0.0, min(free, seen))
                     loss = (wanted - reach) * lever[f]
                     if loss < best_loss - 1e-12:
-                        best_face, best_option, best_reach, best_free, best_loss = f, r, reach, free, loss
+                        best_face, best_option, best_loss = f, r, loss
                         reach_out[0] = BY_SIGHT if seen < free - 1e-9 or seen < 0.0 else BY_CONTACT
                         reach_out[1] = sight_by[f, r] if reach_out[0] == BY_SIGHT else contact_by[f]
                 if not folded_any:
@@ -313,18 +313,32 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         members = preorder[first[f] : last[f]]
         across = ux * ex + uy * ey
         why, who = int(reach_out[0]), int(reach_out[1])
-        view, tilted, reach, free = rotary[best_option], False, best_reach, best_free
-        for stage in range(STAGES):
-            if why == BY_SIGHT:
+        # what was remembered are upper bounds: measure again, now that everything else stands still
+        for m in members:
+            moving_mask[m] = True
+        free = abs(target[f] - angle[f])
+        if use_contact:
+            free, _, by = turn_contact(
+                f, parent[f], members, moving_mask, solids, centres, radii, sharp, present,
+                ox, oy, sign * ux, sign * uy, free, work,
+            )  # fmt: skip
+            if by >= 0:
+                free = max(0.0, free - margin)
+                contact_time[f], contact_by[f], contact_angle[f] = clock, by, free
+                if why == BY_CONTACT:
+                    who = by
+        for m in members:
+            moving_mask[m] = False
+        for _ in range(STAGES):
+            view, tilted, reach = rotary[best_option], False, free
+            if use_sight:
+                reach = 0.0
                 for m in members:
                     moving_mask[m] = True
-                for tilt in fine:
-                    beam = side + tilt
-                    own = (
-                        math.atan2(sign * math.cos(beam), math.sin(beam) * across)
-                        + OVERHANG_RAD
-                        - abs(angle[f])
-                    )
+                for k in range(-1, len(fine)):
+                    beam = rotary[best_option] if k < 0 else side + fine[k]
+                    leaning = math.atan2(sign * math.cos(beam), math.sin(beam) * across)
+                    own = leaning + OVERHANG_RAD - abs(angle[f])
                     seen, by, _ = sight_limit(
                         panel[f], panel[parent[f]], panel, moving_mask, flat, solids, centres, radii, present,
                         ox, oy, ux, uy, lengths[f], sign, max(0.0, min(free, own)),
@@ -332,8 +346,9 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                         hidden_max, intervals, turned,
                     )  # fmt: skip
                     if seen > reach + LEAST_GAIN_RAD:
-                        view, tilted, reach = beam, True, seen
-                        who = f if by < 0 else by
+                        view, tilted, reach = beam, k >= 0, seen
+                        if seen < free:
+                            why, who = BY_SIGHT, f if by < 0 else by
                 for m in members:
                     moving_mask[m] = False
             if reach <= LEAST_FOLD_RAD:
@@ -354,9 +369,8 @@ def fold_greedily(  # type: ignore[no-untyped-def]
             steps[used, 0], steps[used, 1], steps[used, 2] = STEP_FOLD, f, angle[f]
             used += 1
             free -= reach
-            if why != BY_SIGHT or free <= LEAST_GAIN_RAD:
+            if not use_sight or free <= LEAST_GAIN_RAD:
                 break
-            reach = 0.0
         if free <= LEAST_GAIN_RAD and contact_time[f] >= 0 and angle[f] != target[f]:
             why, who = BY_CONTACT, contact_by[f]
         stopped_at[f] = abs(angle[f])

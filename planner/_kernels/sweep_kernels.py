@@ -47,7 +47,11 @@ def swept_sheet(  # type: ignore[no-untyped-def]
             one[m] = solids[m]
             one_centres[m] = centres[m]
             mask[m] = True
-            reach = max(reach, math.sqrt((centres[m, 0] - ox) ** 2 + (centres[m, 1] - oy) ** 2 + centres[m, 2] ** 2) + radii[m])
+            reach = max(
+                reach,
+                math.sqrt((centres[m, 0] - ox) ** 2 + (centres[m, 1] - oy) ** 2 + centres[m, 2] ** 2)
+                + radii[m],
+            )
         for b in range(bodies):
             if out[b] >= 0:
                 continue
