@@ -18,7 +18,7 @@ Level = Literal["quiet", "motion", "pilot", "armed"]
 
 HOLD, RESET, STATUS = b"!", b"\x18", b"?"
 _QUESTIONS = frozenset({"$I", "$$", "$#", "$G"})
-_WORD = re.compile(r"([A-Z])([+-]?(?:\d+\.?\d*|\.\d+))")
+_WORD = re.compile(r"([ABCFGLMNPSXYZ])([+-]?(?:\d+\.?\d*|\.\d+))")
 _COMMENT = re.compile(r"\([^)]*\)|;.*")
 
 

@@ -259,6 +259,23 @@ def test_disconnect_leaves_it_running(bench: Bench) -> None:
     assert bench.light() == 0.0
 
 
+def test_unplugged_at_any_byte_of_a_beam_block_it_ends_dark(bench: Bench) -> None:
+    block = b"M4S0\nG1X-389F600S500\nG1X-399\nM5\nG4P0.01\n"
+    for cut in range(len(block) + 1):
+        fresh = Bench(s20=0)
+        fresh.machine.motion.position = (-399.0, -299.0, -1.0, 0.0)
+        fresh.machine.wco = [0.0] * 4
+        fresh.say(block[:cut])
+        fresh.later(60.0)  # longer than the block takes; nobody is there
+        assert fresh.light() == 0.0
+        assert fresh.machine.trace.rest_beam_s == 0.0
+        assert fresh.machine.trace.beam_s <= 2.1
+        lit = [r for r in fresh.tape.records if r["kind"] == "move" and r["beam"] != "off"]
+        for record in lit:
+            ends = (record["from"], record["to"])
+            assert all(-399.0 <= place[0] <= -389.0 and place[1] == -299.0 for place in ends)  # type: ignore[index]
+
+
 def test_inverse_time_and_inches_and_relative(bench: Bench) -> None:
     bench.say("G93\nG1 X-389 F6\nG4P0\n", 9.9)
     assert bench.machine.motion.moving
