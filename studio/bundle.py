@@ -139,8 +139,8 @@ def edit_bundle(target: Path, stage: str) -> Iterator[tuple[Path, Manifest]]:
         BundleError: if the bundle is not whole.
         OutputError: if it cannot be written.
     """
-    target = target.absolute()
     manifest = open_manifest(target)
+    target = target.absolute()
     with _workshop(target) as folder:
         stale = LATER_STAGES[stage]
         listed = set(manifest.files)

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Sequence
 from types import FrameType
 
-from cyclopts import App, CycloptsError, Parameter
+from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 from studio import commands_lists, commands_make, commands_stages
 from studio.exit_codes import BAD_INPUT, exit_code_of
@@ -42,7 +42,8 @@ def _help_texts(command: Callable[..., int]) -> tuple[str, str]:
 
 app = App(
     name="blossom", help=HELP, help_epilogue=EPILOGUE, version=_version, help_format="plaintext",
-    result_action="return_value", default_parameter=Parameter(negative=()),
+    result_action="return_value", suppress_keyboard_interrupt=False,
+    default_parameter=Parameter(negative=()),
 )  # fmt: skip
 for _command in (
     commands_make.make, commands_lists.check, commands_stages.net, commands_stages.plan,
@@ -65,7 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         code = app(words, exit_on_error=False, print_error=False)
         sys.stdout.flush()
     except CycloptsError as error:
-        return _tell(f"error: {error}".rstrip(), BAD_INPUT, as_json)
+        return _tell(f"error: {_usage_text(error)}", BAD_INPUT, as_json)
     except BrokenPipeError:
         # Whoever read the output has gone; keep Python from complaining when it closes the stream.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -77,6 +78,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             traceback.print_exc()
         return _tell(error_text(error), exit_code_of(error), as_json)
     return code if isinstance(code, int) else 0
+
+
+def _usage_text(error: CycloptsError) -> str:
+    if isinstance(error, UnusedCliTokensError):
+        left = " ".join(error.unused_tokens or ())
+        return f"do not know what to do with '{left}'; --help shows what the command takes"
+    return " ".join(str(error).split())
 
 
 def _tell(text: str, code: int, as_json: bool) -> int:

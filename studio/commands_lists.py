@@ -29,7 +29,7 @@ def check(
 
         blossom check scan.stl --size 60 --faces 300
     """
-    from planner.mesh_check import describe_mesh
+    from planner.mesh_facts import describe_mesh
     from planner.read_goal import read_goal
     from rigs.limits import machine_limits
     from rigs.material import load_material
@@ -40,11 +40,12 @@ def check(
     goal = read_goal(mesh, size_mm=read.size, scale=read.scale, max_faces=read.faces, limits=limits)
     figures = describe_mesh(goal)
     if json:
-        _say(json_text.dumps({"mesh": goal.name, **figures, "notices": list(goal.notices)}))
+        _say(json_text.dumps(figures, ensure_ascii=False, allow_nan=False))
         return 0
     _say(f"{mesh.name} can be used.")
     for name, value in figures.items():
-        _say(f"{name.replace('_', ' '):<20}{_text(value)}")
+        if name not in ("name", "notices"):
+            _say(f"{_label(name):<26}{_text(value)}")
     for notice in goal.notices:
         _say(f"note: {notice}")
     return 0
@@ -112,7 +113,18 @@ def _list(rows: list[dict[str, Any]], as_json: bool, foot: str) -> int:
     return 0
 
 
+def _label(name: str) -> str:
+    for unit, shown in (("_mm3", ", mm³"), ("_mm2", ", mm²"), ("_mm", ", mm"), ("_deg", ", degrees")):
+        if name.endswith(unit):
+            return name.removesuffix(unit).replace("_", " ") + shown
+    return name.replace("_", " ")
+
+
 def _text(value: object) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, list):
+        return " x ".join(_text(v) for v in value)
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):

@@ -87,9 +87,9 @@ def make(
 
 def demo(
     *,
-    output: Annotated[Path, Parameter(name=["-o", "--output"], help="Folder of the bundle.")] = Path(
-        "blossom-demo"
-    ),
+    output: Annotated[
+        Path, Parameter(metavar="DIR", name=["-o", "--output"], help="Folder of the bundle.")
+    ] = Path("blossom-demo"),
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:

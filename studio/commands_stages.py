@@ -36,7 +36,9 @@ def net(
     /,
     *,
     output: Output = None,
-    method: Annotated[str, Parameter(help="nb, or a plain tree: steepest, bfs, dijkstra.")] = "nb",
+    method: Annotated[
+        str, Parameter(metavar="NAME", help="nb, or a plain tree: steepest, bfs, dijkstra.")
+    ] = "nb",
     prove: Annotated[
         bool, Parameter(show_default=False, help="Say whether the edits are proven fewest.")
     ] = False,
@@ -74,9 +76,11 @@ def plan(
     bundle: Bundle,
     /,
     *,
-    planner: Annotated[str, Parameter(help="fp, the fold planner.")] = "fp",
+    planner: Annotated[str, Parameter(metavar="NAME", help="fp, the fold planner.")] = "fp",
     tilt: Tilt = None,
-    seed: Annotated[int | None, Parameter(help="Seed of every random choice [of the net].")] = None,
+    seed: Annotated[
+        int | None, Parameter(metavar="N", help="Seed of every random choice [of the net].")
+    ] = None,
     budget: Budget = None,
     without: Without = [],  # noqa: B006  never changed
     json: Json = False,
@@ -139,7 +143,9 @@ def replay(
     bundle: Bundle,
     /,
     *,
-    port: Annotated[str, Parameter(help="emulator, /dev/ttyUSB0, COM3 or socket://HOST:PORT.")],
+    port: Annotated[
+        str, Parameter(metavar="URL", help="emulator, /dev/ttyUSB0, COM3 or socket://HOST:PORT.")
+    ],
     dry_run: Annotated[
         bool, Parameter(show_default=False, help="Every move, no light (the default).")
     ] = False,

@@ -35,22 +35,37 @@ def not_negative(_kind: Any, value: float | None) -> None:  # noqa: ANN401  any 
 Mesh = Annotated[Path, Parameter(help="Triangle mesh: STL, OBJ, PLY, OFF, glTF or GLB.")]
 Bundle = Annotated[Path, Parameter(help="Folder of the bundle.")]
 Output = Annotated[
-    Path | None, Parameter(name=["-o", "--output"], help="Folder of the bundle [named after the mesh].")
+    Path | None,
+    Parameter(metavar="DIR", name=["-o", "--output"], help="Folder of the bundle [named after the mesh]."),
 ]
-Seed = Annotated[int, Parameter(validator=not_negative, help="Seed of every random choice.")]
+Seed = Annotated[int, Parameter(metavar="N", validator=not_negative, help="Seed of every random choice.")]
 Budget = Annotated[
     float | None,
-    Parameter(validator=positive, help="Stop the searches after so many seconds with what they have."),
+    Parameter(
+        metavar="SECONDS",
+        validator=positive,
+        help="Stop the searches after so many seconds with what they have.",
+    ),
 ]
-Base = Annotated[int | None, Parameter(validator=not_negative, help="Face that stays on the sheet [chosen].")]
+Base = Annotated[
+    int | None,
+    Parameter(metavar="FACE", validator=not_negative, help="Face that stays on the sheet [chosen]."),
+]
 Tilt = Annotated[
     float | None,
-    Parameter(validator=not_negative, help="Let the rotary tilt the sheet by so many degrees [of the rig]."),
+    Parameter(
+        metavar="DEG",
+        validator=not_negative,
+        help="Let the rotary tilt the sheet by so many degrees [of the rig].",
+    ),
 ]
 Without = Annotated[
     list[Rule],
     Parameter(
-        consume_multiple=True, show_default=False, help="Switch rules off for a study; the output says so."
+        metavar="RULE",
+        consume_multiple=True,
+        show_default=False,
+        help="Switch rules off for a study; the output says so.",
     ),
 ]
 Json = Annotated[bool, Parameter(name="--json", show_default=False, help="Print one JSON object.")]
@@ -64,14 +79,16 @@ class MeshFlags:
     """How the mesh is read."""
 
     size: Annotated[
-        float | None, Parameter(validator=positive, help="Scale so that the longest side is so many mm.")
+        float | None,
+        Parameter(metavar="MM", validator=positive, help="Scale so that the longest side is so many mm."),
     ] = None
     scale: Annotated[
-        float | None, Parameter(validator=positive, help="Scale by a factor, such as 25.4 for inches.")
+        float | None,
+        Parameter(metavar="X", validator=positive, help="Scale by a factor, such as 25.4 for inches."),
     ] = None
-    faces: Annotated[int | None, Parameter(validator=positive, help="Coarsen to at most so many faces.")] = (
-        None
-    )
+    faces: Annotated[
+        int | None, Parameter(metavar="N", validator=positive, help="Coarsen to at most so many faces.")
+    ] = None
 
     def options(self, path: Path) -> MeshOptions:
         """The same as plain options."""
@@ -83,12 +100,16 @@ class MeshFlags:
 class MachineFlags:
     """Machine and sheet."""
 
-    rig: Annotated[str, Parameter(help="Machine: a name (see blossom rigs) or a profile file.")] = DEFAULT_RIG
+    rig: Annotated[
+        str, Parameter(metavar="NAME|FILE", help="Machine: a name (see blossom rigs) or a profile file.")
+    ] = DEFAULT_RIG
     material: Annotated[
-        str, Parameter(help="Sheet metal: a name (see blossom materials) or a profile file.")
+        str,
+        Parameter(metavar="NAME|FILE", help="Sheet metal: a name (see blossom materials) or a profile file."),
     ] = DEFAULT_MATERIAL
     thickness: Annotated[
-        float | None, Parameter(validator=positive, help="Thickness of the sheet in mm [of the rig].")
+        float | None,
+        Parameter(metavar="MM", validator=positive, help="Thickness of the sheet in mm [of the rig]."),
     ] = None
 
     def options(self) -> MachineOptions:

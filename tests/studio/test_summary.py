@@ -1,0 +1,67 @@
+"""The summary as table, plain lines and JSON."""
+
+from __future__ import annotations
+
+import io
+import json
+
+from studio.summary import print_summary
+from tests.studio.report_page import small_summary
+from tests.studio.test_progress import Terminal
+
+
+def test_plain_text(snapshot):
+    stream = io.StringIO()
+    print_summary(
+        small_summary(bundle="out/pyramid", without=("sight",), replay="arm on EMULATED"), stream=stream
+    )
+    assert stream.getvalue() == snapshot
+
+
+def test_what_is_not_known_is_left_out(snapshot):
+    stream = io.StringIO()
+    empty = small_summary(
+        planned=False, passes=None, seconds=None, energy_j=None, blocked=(), notices=(),
+        verdict="not validated",
+        optimal=False, lower_bound=2, edits=3,
+    )  # fmt: skip
+    print_summary(empty, stream=stream)
+    assert stream.getvalue() == snapshot
+
+
+def test_many_blocked_creases_are_cut_short():
+    stream = io.StringIO()
+    blocked = small_summary().blocked * 20
+    print_summary(small_summary(blocked=blocked), stream=stream)
+    lines = [line for line in stream.getvalue().splitlines() if line.startswith("blocked:")]
+    assert len(lines) == 9
+    assert lines[-1] == "blocked: and 12 more, see report.html"
+
+
+def test_json_is_one_object_with_everything():
+    stream = io.StringIO()
+    summary = small_summary(bundle="out")
+    print_summary(summary, as_json=True, stream=stream)
+    assert stream.getvalue().count("\n") == 1
+    values = json.loads(stream.getvalue())
+    assert values["completion"] == 0.9
+    assert values["verdict"] == "pass"
+    assert values["blocked"][0] == {
+        "crease": 1, "reached_deg": -77.883, "wanted_deg": -129.806, "by": "collision", "with": [2, 4],
+        "at_deg": -79.181, "text": summary.blocked[0]["text"],
+    }  # fmt: skip
+
+
+def test_a_terminal_gets_a_table():
+    stream = Terminal()
+    print_summary(small_summary(), stream=stream)
+    text = stream.getvalue()
+    assert "\x1b" in text
+    assert "90.0 %" in text
+    assert "blocked: crease 1 stops at -77.9° of -129.8°" in text
+
+
+def test_headline():
+    assert small_summary().headline() == (
+        "6 faces, folded 90.0 %, 1 crease blocked by collision, 0.1 mm 304 on grbl-4axis"
+    )
