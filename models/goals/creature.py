@@ -83,10 +83,10 @@ def _body(blocks: Sequence[Block], lines: Sequence[Sequence[float]], rounds: int
 def creature_coarse() -> Mesh:
     """About 140 faces: four legs, head with snout and two ears, tail."""
     legs: list[Block] = [((x, x + 1), (y, y + 1), (0, 1)) for x in (1, 3) for y in (0, 2)]
-    ears: list[Block] = [((4, 5), (y, y + 1), (3, 4)) for y in (0, 2)]
-    blocks = [*legs, ((1, 4), (0, 3), (1, 2)), ((4, 5), (0, 3), (2, 3)), ((3, 4), (0, 3), (2, 3)), *ears]
-    blocks += [((5, 6), (1, 2), (2, 3)), ((0, 1), (1, 2), (1, 2))]
-    return _body(blocks, ([0, 12, 22, 34, 44, 56, 66], [0, 9, 17, 26], [0, 16, 32, 46, 60]), rounds=3)
+    ears: list[Block] = [((3, 4), (y, y + 1), (3, 4)) for y in (0, 2)]
+    blocks = [*legs, ((1, 4), (0, 3), (1, 2)), ((3, 4), (0, 3), (2, 3)), *ears]
+    blocks += [((4, 5), (1, 2), (2, 3)), ((0, 1), (1, 2), (1, 2))]
+    return _body(blocks, ([0, 12, 22, 36, 50, 64], [0, 9, 17, 26], [0, 16, 32, 46, 60]), rounds=3)
 
 
 def creature_fine() -> Mesh:

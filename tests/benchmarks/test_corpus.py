@@ -68,7 +68,7 @@ def test_each_way_to_end_has_its_line(tmp_path, stand_in):
         "blocked",
         "steps",
     )
-    assert [solid[key] for key in figures] == ["closed", "156", "0", "pass", "3", "0.96", "0.125", "1", "2"]
+    assert [solid[key] for key in figures] == ["closed", "140", "0", "pass", "3", "0.96", "0.125", "1", "2"]
     assert (rows["flower"]["exit_code"], rows["flower"]["reason"]) == ("1", "not formable from one sheet")
     assert (rows["crown"]["exit_code"], rows["crown"]["reason"]) == ("2", "")
     assert (rows["antenna"]["exit_code"], rows["antenna"]["reason"]) == ("-1", "over the limit of 5 s")
@@ -102,5 +102,5 @@ def test_nothing_to_run_is_said(tmp_path, capsys):
 
 
 def test_kind_and_faces_of_shapes():
-    assert mesh_kind(goal_path("creature_coarse")) == ("closed", 156)
+    assert mesh_kind(goal_path("creature_coarse")) == ("closed", 140)
     assert mesh_kind(goal_path("crown")) == ("open", 30)
