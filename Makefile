@@ -27,7 +27,7 @@ help:
 	@sed -n 's/^#  *\(make .*\)/\1/p' $(firstword $(MAKEFILE_LIST))
 
 demo: $(VENV)/installed
-	$(VENV)/bin/blossom demo
+	$(VENV)/bin/blossom demo -o out/demo
 
 test: lint types tests
 

@@ -14,7 +14,7 @@ LONGEST_MODULE_LINES = 400
 
 # Homes and work folders of somebody's machine; written so that this file does not match itself.
 PRIVATE_PATHS = re.compile(
-    r"(?<![\w.])/(?:hom[e]/[a-z]|roo[t]/|User[s]/[A-Za-z]|wor[k]/|far[m]/|op[t]/(?!homebrew))|[A-Z]:\\\\?User[s]"
+    r"(?<![\w.])/(?:hom[e]/[a-z]|roo[t]/\.|User[s]/[A-Za-z]|wor[k]/|far[m]/|op[t]/(?!homebrew))|[A-Z]:\\\\?User[s]"
 )
 OPEN_ENDS = re.compile(r"\b(?:TOD[O]|FIXM[E]|XX[X]|HAC[K])\b")
 
