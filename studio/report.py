@@ -112,11 +112,9 @@ def _figures(summary: Summary) -> str:
     rows.append(("faces", str(summary.faces), f"{summary.creases} creases"))
     bound = f"proven ≥ {summary.lower_bound}" if summary.lower_bound else ""
     rows.append(("net edits", str(summary.edits), "fewest possible" if summary.optimal else bound))
-    rows.append(("blocked creases", str(len(summary.blocked)), ""))
+    rows.append(("blocked", str(len(summary.blocked)), "creases"))
     rows.append(("rotations", str(summary.rotations), ""))
-    rows.append(
-        ("clipped sheet", f"{summary.clipped_area_mm2:.0f}", f"mm² in {summary.clipped_faces} pieces")
-    )
+    rows.append(("clipped sheet", f"{summary.clipped_area_mm2:.0f}", "mm²"))
     if summary.passes is not None:
         rows.append(("laser passes", str(summary.passes), ""))
     if summary.seconds is not None:

@@ -99,8 +99,8 @@
     "varying vec3 vn; varying vec4 vc; void main(){ gl_Position = m * vec4(p,1.0); vn = r * n; vc = c; }";
   const FRAGMENT = "precision mediump float; varying vec3 vn; varying vec4 vc; uniform float lit;" +
     "void main(){ vec3 c = vc.rgb; if (lit > 0.5) { bool front = gl_FrontFacing; vec3 n = normalize(vn) * (front ? 1.0 : -1.0);" +
-    "if (!front) c = c * vec3(1.0,0.94,0.84) * 0.95; float d = max(dot(n, normalize(vec3(-0.35,0.45,0.85))), 0.0);" +
-    "c *= 0.50 + 0.56 * d; } gl_FragColor = vec4(c * vc.a, vc.a); }";
+    "if (!front) c = c * vec3(1.0,0.94,0.84) * 0.95; float d = 0.5 + 0.5 * dot(n, normalize(vec3(-0.35,0.45,0.85)));" +
+    "c *= 0.48 + 0.60 * d; } gl_FragColor = vec4(c * vc.a, vc.a); }";
   let program, where, buffer;
   if (gl) {
     program = gl.createProgram();
@@ -125,7 +125,7 @@
     face: [0.70, 0.77, 0.84, 1], base: [0.56, 0.80, 0.72, 1], active: [0.98, 0.84, 0.50, 1], blocked: [0.93, 0.66, 0.74, 1],
     picked: [0.45, 0.70, 0.95, 1], sheet: [0.83, 0.84, 0.86, 1], frame: [0.66, 0.69, 0.73, 1], line: [0.16, 0.20, 0.26, 1],
     thin: [0.62, 0.65, 0.70, 1], beam: [0.84, 0.37, 0.0, 1], glow: [0.84, 0.37, 0.0, 0.22], goal: [0.0, 0.45, 0.70, 0.55],
-    cut: [0.05, 0.05, 0.06, 1], axis: [0.35, 0.35, 0.40, 0.8],
+    done: [0.16, 0.20, 0.26, 0.3], axis: [0.35, 0.35, 0.40, 0.8],
   };
   const blockedFaces = new Set(D.blocked.map((b) => b.face));
   const panel = new Set(D.panel);
@@ -216,7 +216,7 @@
       for (let i = 2; i < p.length && left > 0; i += 2) {
         const l = Math.hypot(p[i] - p[i - 2], p[i + 1] - p[i - 1]) || 1e-9, f = Math.min(1, left / l);
         const end = place(p[i - 2] + (p[i] - p[i - 2]) * f, p[i - 1] + (p[i + 1] - p[i - 1]) * f, 0);
-        line(lines, place(p[i - 2], p[i - 1], 0), end, cut.now ? COLOUR.beam : COLOUR.cut);
+        line(lines, place(p[i - 2], p[i - 1], 0), end, cut.now ? COLOUR.beam : COLOUR.done);
         left -= l;
         if (left <= 0 && cut.now && glow) beam(end, lines, glow);
       }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 from dataclasses import replace
 
@@ -26,8 +27,10 @@ def net_stage(ws: Workspace, mesh: MeshOptions, options: NetOptions, machine: Ma
     from planner.fold_file import write_fold
     from planner.goal_file import write_goal_ply
     from planner.make_net import make_net
+    from planner.net_methods import NET_METHODS
     from planner.read_goal import read_goal
 
+    _known("method", options.method, tuple(NET_METHODS))
     ws.choose_machine(machine, "net")
     with ws.progress.stage("mesh", f"reading {mesh.path.name}"):
         goal = read_goal(
@@ -74,8 +77,7 @@ def plan_stage(ws: Workspace, options: PlanOptions) -> None:
     from planner.sheet_svg import write_sheet_svg
     from twin.plan_process import plan_process
 
-    if options.planner not in PLANNERS:
-        raise UsageError(f"unknown planner '{options.planner}': choose one of {', '.join(PLANNERS)}")
+    _known("planner", options.planner, PLANNERS)
     limits = ws.limits
     if options.tilt_deg is not None:
         most = math.degrees(limits.max_tilt_rad)
@@ -153,6 +155,13 @@ def report_stage(ws: Workspace) -> None:
         ws.path("report.html").write_bytes(page)
     ws.manifest.parameters["report"] = {}
     ws.record("report", "motion.glb", "report.html")
+
+
+def _known(kind: str, name: str, choices: tuple[str, ...]) -> None:
+    if name not in choices:
+        near = difflib.get_close_matches(name, choices, n=1, cutoff=0.4)
+        hint = f"did you mean {near[0]}? " if near else ""
+        raise UsageError(f"unknown {kind} '{name}': {hint}choose one of {', '.join(choices)}")
 
 
 def first_run_note(ws: Workspace) -> None:

@@ -9,7 +9,7 @@ from rigs.errors import JobError, MachineError, ProfileError, UnknownNameError
 from studio.errors import BundleError, OutputError, UsageError
 from studio.exit_codes import exit_code_of
 from studio.messages import error_text
-from twin.errors import ModelError, SimulationError, ValidationFileError
+from twin.errors import HeatingError, ModelError, SimulationError, ValidationFileError
 
 ERRORS = [
     (MeshError("a.obj: no faces"), 2),
@@ -21,6 +21,7 @@ ERRORS = [
     (JobError("crease 4: too far out"), 1),
     (MachineError("ALARM:1", block=3, step=2), 3),
     (ModelError("too deep"), 2),
+    (HeatingError("crease 3: would melt"), 1),
     (SimulationError("no memory for the model"), 1),
     (ValidationFileError("not a certificate"), 2),
     (BundleError("net.fold (changed)"), 2),
