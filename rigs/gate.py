@@ -36,16 +36,23 @@ def split_words(line: str) -> list[tuple[str, float]] | None:
     return words
 
 
+class _NoLink:
+    def write(self, data: bytes) -> None:
+        raise JobError(f"this gate only checks: {len(data)} bytes were not sent")
+
+
 class Gate:
     """Checks outgoing lines against the level and the rig, then writes them in one piece.
 
+    A gate without a link only checks.
+
     Attributes:
-        level: what may pass; the replay raises it step by step and never by itself.
+        level: what may pass, "quiet" at first; the replay raises it step by step and never by itself.
         s_cap: largest S of the armed level.
     """
 
-    def __init__(self, link: Link, rig: Rig) -> None:
-        self._link = link
+    def __init__(self, link: Link | None, rig: Rig) -> None:
+        self._link = link or _NoLink()
         self._rig = rig
         self.level: Level = "quiet"
         self.s_cap = rig.laser.s_for_power(rig.laser.cap_fraction * rig.laser.max_w)
@@ -86,6 +93,16 @@ class Gate:
         Raises:
             JobError: naming the line, if one may not pass; nothing has been written then.
         """
+        self.check(lines)
+        self._link.write("".join(f"{line}\n" for line in lines).encode("ascii"))
+        return len(lines)
+
+    def check(self, lines: Sequence[str]) -> None:
+        """Refuse lines that may not pass at this level; writes nothing.
+
+        Raises:
+            JobError: naming the line.
+        """
         data = "".join(f"{line}\n" for line in lines)
         if len(data) > self._rig.controller.rx_bytes - 8:
             raise JobError(
@@ -99,8 +116,6 @@ class Gate:
             raise JobError(
                 f"a block ends with the light on ('{lines[-1]}'): its last spindle word must be M5"
             )
-        self._link.write(data.encode("ascii"))
-        return len(lines)
 
     def _check(self, line: str, light: bool) -> bool:
         if not line.isascii() or not line.isprintable():

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from rigs.controller import Identity
 from rigs.errors import JobError, MachineError
-from rigs.replay_blocks import ReplayJob
+from rigs.gate import Gate, split_words
+from rigs.replay_blocks import ReplayJob, lit_block
 from rigs.rig import Rig
 
 __all__ = ["Certificate", "check_certificate", "check_identity", "check_job", "position_mistake"]
@@ -35,7 +37,7 @@ class Certificate:
 
 
 def check_job(job: ReplayJob, rig: Rig) -> None:
-    """Refuse a job of another rig, or with a beam block longer than the rig allows.
+    """Refuse a job of another rig, with too long a beam block, or with a line that may not pass.
 
     Raises:
         JobError: saying what does not fit.
@@ -45,12 +47,30 @@ def check_job(job: ReplayJob, rig: Rig) -> None:
             f"the job was made for another rig (hash {job.rig_sha256[:12] or 'missing'}) than {rig.name} "
             f"({rig.sha256[:12]}): make the job anew for this rig"
         )
+    gate = Gate(None, rig)
+    gate.level = "armed"
     for block in job.blocks:
         if block.beam_s > rig.laser.max_beam_s + 1e-9:
             raise JobError(
                 f"block {block.index} (step {block.step}) burns {block.beam_s:.2f} s, "
                 f"{rig.laser.max_beam_s:g} s at most may be in flight on {rig.name}: make the job anew"
             )
+        try:
+            gate.check(lit_block(block))
+            _check_reach(block.lines, rig)
+        except JobError as error:
+            raise JobError(f"block {block.index} (step {block.step}): {error}") from error
+
+
+def _check_reach(lines: Sequence[str], rig: Rig) -> None:
+    reach = {"X": rig.axes.x_mm, "Y": rig.axes.y_mm, "Z": rig.axes.z_mm}
+    low, high = (angle * rig.rotary.units_per_deg for angle in rig.rotary.range_deg)
+    reach[rig.rotary.word] = (-math.inf, math.inf) if rig.rotary.endless else (low, high)
+    for line in lines:
+        for letter, value in split_words(line) or ():
+            low, high = reach.get(letter, (-math.inf, math.inf))
+            if not low - _REPORT <= value <= high + _REPORT:
+                raise JobError(f"'{line}' leaves the reach of axis {letter}, {low:g} to {high:g}")
 
 
 def check_certificate(certificate: Certificate | None, job: ReplayJob, rig: Rig) -> None:

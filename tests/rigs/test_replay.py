@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -23,6 +24,7 @@ from rigs.link import open_link
 from rigs.replay import Mode, Progress, replay
 from rigs.replay_blocks import PlainBlock, ReplayJob
 from rigs.replay_checks import Certificate, check_certificate
+from rigs.rig import load_rig
 from tests.rigs.replay_jobs import RIG, small_job
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -375,3 +377,44 @@ def test_real_machine_is_armed_by_a_person_only(tmp_path: Path, monkeypatch: pyt
         )  # fmt: skip
     assert done.header["machine"] == "REAL"
     assert lit(read_trace(trace)) == STROKES
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("G0X500", "leaves the reach of axis X, 0 to 400"),
+        ("G0Y-1", "leaves the reach of axis Y"),
+        ("G0Z241", "leaves the reach of axis Z"),
+        ("G0A720", "leaves the reach of axis A"),
+        ("M3S500", "only M4 is used"),
+        ("$32=0", "not plain G-code"),
+        ("G92X0", "changes offsets"),
+    ],
+)
+def test_no_byte_is_sent_of_a_job_with_a_bad_line(tmp_path: Path, line: str, words: str) -> None:
+    bad = PlainBlock(7, "goto", (line, "G4P0.01"), step=3)
+    job = dataclasses.replace(small_job(), blocks=(*small_job().blocks, bad))
+    with pytest.raises(JobError, match=r"block 7 \(step 3\): .*" + re.escape(words)):
+        replay(job, "socket://127.0.0.1:1", rig=RIG, journal_path=tmp_path / "j", mode="dry-run")
+
+
+@pytest.mark.parametrize("name", ["grbl-diode-swap", "galvo-like"])
+def test_other_rigs_replay_too(tmp_path: Path, name: str) -> None:
+    rig = load_rig(name)
+    x, y, z = rig.rotary.axis_point_mm
+    here, word = (("X", x), ("Y", y)), rig.rotary.word
+    focus = f"Z{z:g}" if rig.has_focus_axis else ""
+    blocks = (
+        PlainBlock(-1, "head", ("G21", "G90", "G94", "G17", "G54", "M5 S0")),
+        PlainBlock(0, "goto", (f"G0X{x:g}Y{y:g}{focus}", "G4P0.01"), seconds=3.0, expect=here),
+        PlainBlock(1, "rotate", (f"G0{word}180", "G4P1"), seconds=9.0, expect=((word, 180.0),)),
+        PlainBlock(2, "pass", ("M4S0", f"G1X{x + 9:g}F600S500", "M5", "G4P0.01"), beam_s=0.9, seconds=1.0),
+        PlainBlock(-1, "tail", ("M5 S0", "M2")),
+    )  # fmt: skip
+    job = ReplayJob(blocks, "a" * 64, rig.sha256, "c" * 64)
+    trace = tmp_path / "trace"
+    with start_emulator(name, trace=trace) as machine:
+        journal = replay(job, machine.url, rig=rig, journal_path=tmp_path / "j", mode="arm")
+    assert journal.outcome == "complete"
+    assert len(lit(read_trace(trace))) == 1
+    assert read_trace(trace)[-1]["rest_beam_s"] == 0.0
