@@ -1,8 +1,8 @@
 """The dynamic run: heated hinges with inertia and gravity, slow enough for a verdict on sag and yield.
 
 Contact forces between thin plates are not to be relied on, so the run never decides about contact: where the
-sweep saw a hit it stops, and a touch that the sweep did not see is run again at half the speed and is sag if
-it stays.
+sweep saw a hit it stops. A touch that the sweep did not see comes from sag or inertia. Where hinges give way
+to it elastically it is noted; a deeper one is run again at half the speed and is sag if it stays.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from planner.fold_plan import FoldPlan
 from planner.values import frozen_array
-from twin.events import Event, EventKind
+from twin.events import Event
 from twin.heating_interface import EqualPasses, Heating
 from twin.loaded_model import LoadedModel, quiet_mujoco
 from twin.mjcf_model import CompiledModel
@@ -64,6 +64,7 @@ class DynamicResult:
         angles_rad: (E,) angle of every net edge at the end, gravity as in the last step.
         permanent_rad: (E,) plastic angle of every net edge at the end.
         events: findings in the order of the plan.
+        touches: light touches, the deepest of each pair, to which hinges give way elastically.
         missed: events of the sweep that the run should have felt and did not.
         finished: False if it was stopped by a hit or a failure.
         steps: number of time steps.
@@ -78,6 +79,7 @@ class DynamicResult:
     angles_rad: NDArray[np.float64]
     permanent_rad: NDArray[np.float64]
     events: tuple[Event, ...]
+    touches: tuple[Event, ...]
     missed: tuple[Event, ...]
     finished: bool
     steps: int
@@ -120,7 +122,8 @@ def dynamic_run(
     return DynamicResult(
         angles_rad=frozen_array(loaded.crease_angles(), np.float64, (None,)),
         permanent_rad=frozen_array(permanent, np.float64, (None,)),
-        events=tuple(run.events), missed=tuple(run.missed), finished=finished, steps=run.steps,
+        events=tuple(run.events), touches=run.light_touches(), missed=tuple(run.missed),
+        finished=finished, steps=run.steps,
         seconds=run.steps * float(loaded.model.opt.timestep),
         largest_sag_rad=float(np.abs(run.elastic()).max(initial=0.0)),
         yield_share=run.worst_elastic / compiled.side.hinge.yield_rad,
@@ -143,6 +146,7 @@ class _Run:
             self.hits.setdefault(event.step, []).append(event)
         self.events: list[Event] = []
         self.missed: list[Event] = []
+        self.light: dict[tuple[tuple[int, ...], tuple[int, ...]], Event] = {}
         self.steps = 0
         self.worst_elastic = 0.0
         self.tab_moment = 0.0
@@ -205,16 +209,28 @@ class _Run:
         before = len(self.events)
         steps = self.steps
         seen = self._drive(turn, 1.0)
-        if seen:  # inertia, or sag? the slower run decides
+        if any(not self._light(t) for t in seen):  # inertia, or sag? the slower run decides
             mujoco.mj_setState(
                 self.loaded.model, self.loaded.data, checkpoint, mujoco.mjtState.mjSTATE_INTEGRATION
             )
             del self.events[before:]
             self.steps = steps
-            for touch in self._drive(turn, 0.5):
-                kind: EventKind = "tunnel" if touch.depth_mm > self.plan.limits.thickness / 2.0 else "sag"
-                self.events.append(contact_event(kind, turn, touch))
+            seen = self._drive(turn, 0.5)
+        for touch in seen:
+            event = contact_event("sag", turn, touch)
+            if not self._light(touch):
+                self.events.append(event)
+            elif touch.pair not in self.light or touch.depth_mm > self.light[touch.pair].depth_mm:
+                self.light[touch.pair] = event
         return True
+
+    def _light(self, touch: Touch) -> bool:
+        """Do the hinges give way to it, or is it within half a thickness?"""
+        return touch.depth_mm <= max(touch.give_mm, self.plan.limits.thickness / 2.0)
+
+    def light_touches(self) -> tuple[Event, ...]:
+        """The light touches, in the order of the plan."""
+        return tuple(sorted(self.light.values(), key=lambda e: (e.step, e.pair)))
 
     def _drive(self, turn: Turn, speed: float, stop_at: float | None = None) -> list[Touch]:
         """Add the plastic increments of a turn over its time; touches seen, the deepest of each pair."""

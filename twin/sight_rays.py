@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from twin.loaded_model import LoadedModel
 from twin.timeline import Turn, beam_direction
@@ -36,9 +35,10 @@ class Hidden:
 
 
 def hidden_by(loaded: LoadedModel, turn: Turn) -> Hidden:
-    """Cast rays from points of the turning crease towards the laser; its own two faces do not count.
+    """Cast rays from points of the turning crease towards the laser; its own two panels do not count.
 
-    The points lie in the middle 96 % of the crease; the pose is the present one of ``loaded``.
+    The planes of both panels hold the crease, so they cannot hide it but by their thickness. The points lie
+    in the middle 96 % of the crease; the pose is the present one of ``loaded``.
     """
     data = loaded.data
     joint = loaded.joint[turn.joint]
@@ -72,6 +72,7 @@ def _length(loaded: LoadedModel, turn: Turn) -> float:
 
 
 def _own_geoms(loaded: LoadedModel, turn: Turn) -> set[int]:
+    panel_of = loaded.compiled.side.panel_of
     child = loaded.net.child_of[turn.crease]
-    own: NDArray[np.int64] = loaded.face_geom[[child, int(loaded.net.parent[child])]]
-    return set(own.tolist())
+    own = (panel_of == panel_of[child]) | (panel_of == panel_of[loaded.net.parent[child]])
+    return {int(geom) for geom in loaded.face_geom[own]}
