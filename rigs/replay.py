@@ -83,7 +83,8 @@ def replay(
         certificate: hashes and verdict of the validation; needed to arm a real machine.
         confirm: called before a real machine is armed, with a text that names job, rig and power cap.
         ask: called for blocks that need a person; False stops. An emulated machine needs no person.
-        home: True allows the homing cycle, which moves the machine; None allows it for an emulated one.
+        home: True allows the homing cycle, which moves the machine, False does not; None asks ``ask`` unless
+            the machine is emulated.
         on_progress: called after every block.
         on_status: called with every status report.
         grace_s: time beyond the planned one after which a missing answer is a fault.
@@ -192,7 +193,7 @@ class _Run:
         """Home where needed, arm, then every block."""
         gate = self.controller.gate
         gate.level = "motion"
-        self._home(self.emulated if home is None else home)
+        self._home(home)
         if self.mode == "frame":
             gate.level = "pilot"
         elif self.mode == "arm":
@@ -241,7 +242,7 @@ class _Run:
             "done", block=block.index, step=block.step, t=self._t(), at=[round(v, 3) for v in place.values()]
         )
 
-    def _home(self, allowed: bool) -> None:
+    def _home(self, allowed: bool | None) -> None:
         controller = self.controller
         status = controller.status
         if status is None or status.state != "Alarm":
@@ -250,6 +251,9 @@ class _Run:
             raise MachineError(
                 "the controller is locked by an alarm: find the cause, unlock it by hand, set the zero"
             )
+        if allowed is None:
+            question = f"REAL machine {controller.rig.name}: home it now? It moves to its switches"
+            allowed = self.emulated or (self.ask is not None and self.ask(question))
         if not allowed:
             raise MachineError("the machine must be homed first: allow homing, it will move to its switches")
         controller.home()

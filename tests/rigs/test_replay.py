@@ -418,3 +418,21 @@ def test_other_rigs_replay_too(tmp_path: Path, name: str) -> None:
     assert journal.outcome == "complete"
     assert len(lit(read_trace(trace))) == 1
     assert read_trace(trace)[-1]["rest_beam_s"] == 0.0
+
+
+def test_a_real_machine_is_homed_when_a_person_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rigs.controller.Identity.emulated", property(lambda self: False))
+    asked: list[str] = []
+
+    def answer(text: str) -> bool:
+        asked.append(text)
+        return len(asked) > 1
+
+    with start_emulator() as machine:
+        with pytest.raises(MachineError, match="must be homed"):
+            replay(small_job(), machine.url, rig=RIG, journal_path=tmp_path / "a", ask=answer)
+        done = replay(small_job(), machine.url, rig=RIG, journal_path=tmp_path / "b", ask=answer)
+    assert done.outcome == "complete"
+    assert asked == ["REAL machine grbl-4axis: home it now? It moves to its switches"] * 2
