@@ -7,10 +7,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from planner._kernels.nb_kernels import grow_tree
+from planner._kernels.net_kernels import TREE
 from planner.dual_graph import DualGraph
 from planner.errors import NetError
+from planner.flat_layout import net_arrays
 
-__all__ = ["BLOOMING_TREES", "TreeName", "blooming_tree", "weighted_tree"]
+__all__ = ["BLOOMING_TREES", "TreeGrower", "TreeName", "blooming_tree", "weighted_tree"]
 
 TreeName = Literal["steepest", "dijkstra", "bfs"]
 
@@ -19,6 +22,93 @@ BLOOMING_TREES: tuple[TreeName, ...] = ("steepest", "dijkstra", "bfs")
 
 TIE_DIGITS = 9
 """Lengths and slopes that agree to this many decimals are ties, so that rounding does not choose."""
+
+
+class TreeGrower:
+    """Grows spanning trees of one dual graph; what all of them share is computed once.
+
+    Attributes:
+        graph: the dual graph.
+        arrays: the arrays in which trees are grown; ``arrays.edge[:, TREE]`` holds the last one.
+    """
+
+    def __init__(self, graph: DualGraph) -> None:
+        """Prepare the costs and the order of ties: longer edges first, then lower numbers."""
+        self.graph = graph
+        self.arrays = net_arrays(graph)
+        edges = np.arange(len(graph.faces))
+        length = graph.length.round(TIE_DIGITS)
+        self._tie = np.empty(len(edges), dtype=np.int64)
+        self._tie[np.lexsort((edges, -length))] = edges
+        self._fold = np.where(graph.flat, 0.0, 1.0)
+        self._distance = _face_distance(graph).round(TIE_DIGITS)
+        self._rank = np.where(graph.flat_forest, 0, 1).astype(np.int64)
+        # ends of every edge, both ways, for the steepest-edge rule
+        self._from = graph.vertices.T.ravel()
+        self._edge = np.tile(edges, 2)
+        goal = graph.goal
+        along = goal.vertices[graph.vertices[:, 1]] - goal.vertices[graph.vertices[:, 0]]
+        unit = along / graph.length[:, None]
+        self._unit = np.concatenate([unit, -unit])
+        self._by_vertex = np.lexsort((graph.vertices[:, ::-1].T.ravel(), -np.tile(length, 2), self._from))
+        self._first = np.unique(self._from[self._by_vertex], return_index=True)[1]
+        self._open = np.zeros(len(goal.vertices), dtype=np.bool_)
+        for step in range(2):
+            self._open[goal.faces[graph.boundary[:, 0], (graph.boundary[:, 1] + step) % 3]] = True
+
+    def blooming(self, base: int, name: TreeName) -> NDArray[np.bool_]:
+        """(M,) the blooming tree ``name`` around ``base``; see ``blooming_tree``."""
+        count = len(self.graph.goal.faces)
+        if not 0 <= base < count:
+            raise NetError(f"base face {base} does not exist: the goal has faces 0 to {count - 1}")
+        if name == "steepest":
+            rank = self._rank.copy()
+            rank[self.steepest_cuts(base) & (rank > 0)] = 2
+            return self.grow(rank, self._fold, base, adding=True)
+        if name == "bfs":
+            return self.grow(self._rank, self._fold, base, adding=True)
+        if name == "dijkstra":
+            return self.grow(self._rank, self._distance, base, adding=True)
+        raise NetError(f"unknown blooming tree {name!r}; choose one of {', '.join(BLOOMING_TREES)}")
+
+    def weighted(self, weight: NDArray[np.float64], base: int = 0) -> NDArray[np.bool_]:
+        """(M,) the minimum spanning tree for ``weight``; see ``weighted_tree``."""
+        return self.grow(self._rank, np.asarray(weight, dtype=np.float64), base, adding=False)
+
+    def steepest_cuts(self, base: int) -> NDArray[np.bool_]:
+        """(M,) edges that the steepest-edge rule cuts for ``base``.
+
+        The vertex farthest from the base does not cut, nor do vertices of the goal's boundary: they are open.
+        """
+        goal = self.graph.goal
+        down = -goal.face_normals[base]
+        slope = (self._unit @ down).round(TIE_DIGITS)[self._by_vertex]
+        steepest = np.maximum.reduceat(slope, self._first) if len(slope) else slope
+        owner = np.repeat(np.arange(len(self._first)), np.diff([*self._first.tolist(), len(slope)]))
+        hits = np.flatnonzero(slope == steepest[owner])
+        best = self._by_vertex[hits[np.unique(owner[hits], return_index=True)[1]]]
+        apex = int(np.argmax((goal.vertices @ down).round(TIE_DIGITS)))
+        keep = (self._from[best] != apex) & ~self._open[self._from[best]]
+        cuts = np.zeros(len(self.graph.faces), dtype=np.bool_)
+        cuts[self._edge[best[keep]]] = True
+        return cuts
+
+    def grow(
+        self, rank: NDArray[np.int64], cost: NDArray[np.float64], base: int, *, adding: bool
+    ) -> NDArray[np.bool_]:
+        """(M,) Prim's tree from ``base``: lowest rank, then lowest cost (``adding``: of the whole way), then tie.
+
+        Raises:
+            NetError: if the goal is not one piece.
+        """
+        count = grow_tree(self.arrays, rank, np.ascontiguousarray(cost), self._tie, int(base), adding)
+        if count != len(self.graph.goal.faces) - 1:
+            raise NetError(
+                f"{self.graph.goal.name}: the faces are not one piece ({self.graph.pieces} pieces joined by edges); "
+                "fold each piece by itself"
+            )
+        tree: NDArray[np.bool_] = self.arrays.edge[:, TREE] != 0
+        return tree
 
 
 def blooming_tree(graph: DualGraph, base: int, name: TreeName = "steepest") -> NDArray[np.bool_]:
@@ -43,20 +133,7 @@ def blooming_tree(graph: DualGraph, base: int, name: TreeName = "steepest") -> N
     Raises:
         NetError: if the tree is unknown, ``base`` is not a face, or the goal is not one piece.
     """
-    count = len(graph.goal.faces)
-    if not 0 <= base < count:
-        raise NetError(f"base face {base} does not exist: the goal has faces 0 to {count - 1}")
-    rank = np.where(graph.flat_forest, 0, 1)
-    if name == "steepest":
-        rank[steepest_cuts(graph, base) & ~graph.flat_forest] = 2
-        cost = np.where(graph.flat, 0.0, 1.0)
-    elif name == "bfs":
-        cost = np.where(graph.flat, 0.0, 1.0)
-    elif name == "dijkstra":
-        cost = _face_distance(graph).round(TIE_DIGITS)
-    else:
-        raise NetError(f"unknown blooming tree {name!r}; choose one of {', '.join(BLOOMING_TREES)}")
-    return _grow(graph, rank, cost, base, adding=True)
+    return TreeGrower(graph).blooming(base, name)
 
 
 def weighted_tree(graph: DualGraph, weight: NDArray[np.float64], base: int = 0) -> NDArray[np.bool_]:
@@ -65,36 +142,7 @@ def weighted_tree(graph: DualGraph, weight: NDArray[np.float64], base: int = 0) 
     Raises:
         NetError: if the goal is not one piece.
     """
-    return _grow(
-        graph, np.where(graph.flat_forest, 0, 1), np.asarray(weight, dtype=np.float64), base, adding=False
-    )
-
-
-def steepest_cuts(graph: DualGraph, base: int) -> NDArray[np.bool_]:
-    """(M,) edges that the steepest-edge rule cuts for ``base``."""
-    goal = graph.goal
-    down = -goal.face_normals[base]
-    low, high = graph.vertices[:, 0], graph.vertices[:, 1]
-    slope = ((goal.vertices[high] - goal.vertices[low]) @ down / graph.length).round(TIE_DIGITS)
-    edge = np.arange(len(low))
-    vertex = np.concatenate([low, high])
-    other = np.concatenate([high, low])
-    slope = np.concatenate([slope, -slope])
-    length = np.tile(graph.length.round(TIE_DIGITS), 2)
-    order = np.lexsort((other, -length, -slope, vertex))
-    first = np.unique(vertex[order], return_index=True)[1]
-    best = order[first]
-    # the apex, the vertex farthest from the base, does not cut; neither do vertices of the goal's boundary, which
-    # are open already
-    height = (goal.vertices @ down).round(TIE_DIGITS)
-    open_vertices = np.zeros(len(goal.vertices), dtype=np.bool_)
-    for step in range(2):
-        open_vertices[goal.faces[graph.boundary[:, 0], (graph.boundary[:, 1] + step) % 3]] = True
-    apex = int(np.argmax(height))
-    best = best[(vertex[best] != apex) & ~open_vertices[vertex[best]]]
-    cuts = np.zeros(len(edge), dtype=np.bool_)
-    cuts[np.tile(edge, 2)[best]] = True
-    return cuts
+    return TreeGrower(graph).weighted(weight, base)
 
 
 def _face_distance(graph: DualGraph) -> NDArray[np.float64]:
@@ -107,24 +155,3 @@ def _face_distance(graph: DualGraph) -> NDArray[np.float64]:
         start=np.zeros(len(middle)),
     )
     return distance
-
-
-def _grow(
-    graph: DualGraph, rank: NDArray[np.int64], cost: NDArray[np.float64], base: int, *, adding: bool
-) -> NDArray[np.bool_]:
-    from planner._kernels.nb_kernels import grow_tree
-    from planner._kernels.net_kernels import TREE
-    from planner.flat_layout import net_arrays
-
-    edges = np.arange(len(cost))
-    tie = np.empty(len(cost), dtype=np.int64)
-    tie[np.lexsort((edges, -graph.length.round(TIE_DIGITS)))] = edges
-    arrays = net_arrays(graph)
-    count = grow_tree(arrays, rank.astype(np.int64), np.ascontiguousarray(cost), tie, int(base), adding)
-    if count != len(graph.goal.faces) - 1:
-        raise NetError(
-            f"{graph.goal.name}: the faces are not one piece ({graph.pieces} pieces joined by edges); "
-            "fold each piece by itself"
-        )
-    tree: NDArray[np.bool_] = arrays.edge[:, TREE] != 0
-    return tree

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from planner._kernels import nb_kernels
+from planner._kernels import net_kernels as kernels
+from planner._kernels.net_kernels import NetArrays
 from planner.dual_graph import DualGraph
 from planner.errors import NetError
 from planner.net import Net, NetCertificate
 from planner.net_from_tree import net_from_tree
-
-if TYPE_CHECKING:
-    from planner._kernels.net_kernels import NetArrays
+from planner.overlap import overlapping_triangles
 
 __all__ = ["LEAST_TAB_EDGE_MM", "FlatLayout"]
 
@@ -48,10 +48,7 @@ class FlatLayout:
         Raises:
             NetError: if ``tree`` is not a spanning tree, or ``base`` is not a face.
         """
-        from planner._kernels import net_kernels
-
         self.graph = graph
-        self._kernels = net_kernels
         self._hold_base = hold_base
         self._history: deque[tuple[int, int, NDArray[np.int64], NDArray[np.float64]]] = deque(
             maxlen=UNDO_DEPTH
@@ -69,42 +66,42 @@ class FlatLayout:
     @property
     def base(self) -> int:
         """The stationary face."""
-        return int(self.arrays.number[self._kernels.BASE])
+        return int(self.arrays.number[kernels.BASE])
 
     @property
     def tree(self) -> NDArray[np.bool_]:
         """(M,) True for the edges of the tree, a copy."""
-        return self.arrays.edge[:, self._kernels.TREE] != 0
+        return self.arrays.edge[:, kernels.TREE] != 0
 
     @property
     def parent(self) -> NDArray[np.int64]:
         """(F,) parent face, -1 for the base; a view that exchanges change."""
-        return self.arrays.node[self._kernels.PARENT]
+        return self.arrays.node[kernels.PARENT]
 
     @property
     def slot(self) -> NDArray[np.int64]:
         """(F,) side of the face (corner k to k + 1) that lies on its crease, -1 for the base; a view."""
-        return self.arrays.node[self._kernels.SLOT]
+        return self.arrays.node[kernels.SLOT]
 
     @property
     def crease(self) -> NDArray[np.int64]:
         """(F,) interior edge of the dual graph that joins a face to its parent, -1 for the base; a view."""
-        return self.arrays.node[self._kernels.CREASE]
+        return self.arrays.node[kernels.CREASE]
 
     @property
     def depth(self) -> NDArray[np.int64]:
         """(F,) folds between a face and the base (flat joints do not count); a view."""
-        return self.arrays.node[self._kernels.DEPTH]
+        return self.arrays.node[kernels.DEPTH]
 
     @property
     def order(self) -> NDArray[np.int64]:
         """(F,) faces, every parent before its children; a view."""
-        return self.arrays.node[self._kernels.ORDER]
+        return self.arrays.node[kernels.ORDER]
 
     @property
     def corners(self) -> NDArray[np.float64]:
         """(F, 3, 2) flat positions in mm, corner by corner as in the goal; a copy."""
-        first = self._kernels.CORNER
+        first = kernels.CORNER
         return self.arrays.real[:-1, first : first + 6].reshape(-1, 3, 2).copy()
 
     @property
@@ -127,10 +124,8 @@ class FlatLayout:
 
     def path(self, face_a: int, face_b: int) -> NDArray[np.int64]:
         """Interior edges on the tree path from one face to another (unordered)."""
-        from planner._kernels.nb_kernels import tree_path
-
         out = np.empty(len(self.graph.goal.faces), dtype=np.int64)
-        return out[: tree_path(self.arrays, int(face_a), int(face_b), out)]
+        return out[: nb_kernels.tree_path(self.arrays, int(face_a), int(face_b), out)]
 
     def joinable(self, cut_edge: int) -> NDArray[np.int64]:
         """Interior edges that would join the two components again if ``cut_edge`` were cut, ascending.
@@ -138,32 +133,33 @@ class FlatLayout:
         Raises:
             NetError: if ``cut_edge`` is not in the tree.
         """
-        from planner._kernels.nb_kernels import joining_edges
-
         self._check_cut(cut_edge)
         out = np.empty(len(self.graph.faces), dtype=np.int64)
-        self._kernels.component(self.arrays, int(cut_edge))
-        found = out[: joining_edges(self.arrays, out)]
-        self._kernels.unmark(self.arrays)
+        kernels.component(self.arrays, int(cut_edge))
+        found = out[: nb_kernels.joining_edges(self.arrays, out)]
+        kernels.unmark(self.arrays)
         return np.sort(found)
 
     def overlapping_pairs(self) -> NDArray[np.int64]:
         """(P, 2) overlapping face pairs, lower face first, in ascending order."""
-        from planner.overlap import overlapping_triangles
-
         return np.array(overlapping_triangles(self.corners), dtype=np.int64).reshape(-1, 2)
 
     def free_edges(self) -> int:
         """How many sides of the base panel that are long enough for a tab are not creases."""
-        from planner._kernels.nb_kernels import free_edges
-
-        return int(free_edges(self.arrays, self._outline))
+        return int(nb_kernels.free_edges(self.arrays, self._outline))
 
     def tab_has_room(self) -> bool:
         """True if some free side of the base panel has no other face within 1 mm along 2 mm of its length."""
-        from planner._kernels.nb_kernels import clear_tabs
+        return bool(nb_kernels.clear_tabs(self.arrays, self._outline, 1, self.arrays.entry, 0))
 
-        return bool(clear_tabs(self.arrays, self._outline, 1, self.arrays.entry, 0))
+    def keeps_hold(self, cut_edge: int, join_edge: int) -> bool:
+        """False if replacing ``cut_edge`` by ``join_edge`` would take the last free side of the base panel."""
+        edge = self.arrays.edge
+        return (
+            not edge[join_edge, kernels.OUTLINE]
+            or bool(edge[cut_edge, kernels.OUTLINE])
+            or self.free_edges() > 1
+        )
 
     # -- changing it -----------------------------------------------------------------------------------------
 
@@ -177,16 +173,14 @@ class FlatLayout:
         Raises:
             NetError: if ``cut_edge`` is not in the tree or ``join_edge`` is.
         """
-        from planner._kernels.nb_kernels import hold_is_kept
-
         self._check_cut(cut_edge)
         cut, join = int(cut_edge), int(join_edge)
-        arrays, kernels = self.arrays, self._kernels
+        arrays = self.arrays
         if not 0 <= join < len(self.graph.faces) or arrays.edge[join, kernels.TREE]:
             raise NetError(f"edge {join} is not an interior edge that is cut; choose one of joinable({cut})")
         if arrays.edge[cut, kernels.FROZEN]:
             return False
-        if self._held and not hold_is_kept(arrays, self._outline, cut, join):
+        if self._held and not self.keeps_hold(cut, join):
             return False
         if kernels.swap_is_free(arrays, cut, join) != 1:
             return False
@@ -210,8 +204,8 @@ class FlatLayout:
                 f"nothing to take back: the last {UNDO_DEPTH} exchanges are kept, and set_base forgets them"
             )
         cut, join, members, poses = self._history.pop()
-        self.arrays.edge[cut, self._kernels.TREE], self.arrays.edge[join, self._kernels.TREE] = 1, 0
-        self._kernels.place_back(self.arrays, members, poses)
+        self.arrays.edge[cut, kernels.TREE], self.arrays.edge[join, kernels.TREE] = 1, 0
+        kernels.place_back(self.arrays, members, poses)
 
     def set_base(self, face: int) -> None:
         """Make another face the stationary one. Exchanges made before cannot be taken back any more.
@@ -237,26 +231,26 @@ class FlatLayout:
     # -- inside ----------------------------------------------------------------------------------------------
 
     def _check_cut(self, edge: int) -> None:
-        if not (0 <= edge < len(self.graph.faces) and self.arrays.edge[edge, self._kernels.TREE]):
+        if not (0 <= edge < len(self.graph.faces) and self.arrays.edge[edge, kernels.TREE]):
             raise NetError(f"edge {edge} is not in the tree; choose one of its {len(self.parent) - 1} edges")
 
     def _set_base(self, face: int) -> None:
         count = len(self.graph.goal.faces)
         if not 0 <= face < count:
             raise NetError(f"base face {face} does not exist: the goal has faces 0 to {count - 1}")
-        if self._kernels.root_tree(self.arrays, int(face)) != count:
+        if kernels.root_tree(self.arrays, int(face)) != count:
             raise NetError(
                 "the edges given are not a spanning tree of the faces: some faces are cut off, or there is a cycle"
             )
         self._history.clear()
         self._outline = base_outline(self.graph, face)
         sides = self._outline[:, 2]
-        self.arrays.edge[:, self._kernels.OUTLINE] = 0
-        self.arrays.edge[sides[sides >= 0], self._kernels.OUTLINE] = 1
+        self.arrays.edge[:, kernels.OUTLINE] = 0
+        self.arrays.edge[sides[sides >= 0], kernels.OUTLINE] = 1
 
     def _lay(self) -> None:
-        self._kernels.lay_flat(self.arrays)
-        self._overlaps = int(self._kernels.all_overlaps(self.arrays, self.arrays.entry, 0))
+        kernels.lay_flat(self.arrays)
+        self._overlaps = int(kernels.all_overlaps(self.arrays, self.arrays.entry, 0))
         self._look_at_base()
 
     def _look_at_base(self) -> None:
@@ -272,7 +266,7 @@ def base_outline(graph: DualGraph, base: int) -> NDArray[np.int64]:
     """
     members = np.flatnonzero(graph.panel == graph.panel[base])
     edges = graph.face_edges[members]
-    other = graph.faces[edges, 0] + graph.faces[edges, 1] - members[:, None]
+    other = np.where(edges < 0, members[:, None], graph.faces[edges].sum(axis=2) - members[:, None])
     outer = (edges < 0) | (graph.panel[other] != graph.panel[base])
     length = np.where(outer, graph.side_length[members], -1.0)
     enough = min(LEAST_TAB_EDGE_MM, float(length.max()) * (1.0 - 1e-9))
@@ -282,8 +276,7 @@ def base_outline(graph: DualGraph, base: int) -> NDArray[np.int64]:
 
 def net_arrays(graph: DualGraph, tree: NDArray[np.bool_] | None = None) -> NetArrays:
     """Arrays of the kernels for a dual graph and a tree, nothing laid out yet."""
-    from planner._kernels import net_kernels as k
-
+    k = kernels
     faces, local, side = len(graph.goal.faces), graph.flat_corners, graph.side_length
     longest = side.max(axis=1)
     cell = max(float(longest.mean()), float(longest.max()) / 16.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from planner._kernels import net_kernels as k
 from planner.net import Net
 
 __all__ = ["overlapping_faces", "overlapping_triangles"]
@@ -20,8 +21,6 @@ def overlapping_triangles(triangles: NDArray[np.float64]) -> list[tuple[int, int
     Args:
         triangles: (F, 3, 2) corners in mm.
     """
-    from planner._kernels import net_kernels as k
-
     corners = np.asarray(triangles, dtype=np.float64)
     faces = len(corners)
     if faces == 0:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
+
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from planner._kernels.net_kernels import (
-    BASE,
     BLOOMING,
     CENTRE,
     CORNER,
@@ -32,6 +31,8 @@ from planner._kernels.net_kernels import (
     NetArrays,
     component,
     count_hits,
+    entry,
+    inner,
     moved_overlaps,
     swap,
     swap_is_free,
@@ -53,7 +54,7 @@ CHOICES = 8
 Seeds = NDArray[np.uint64]
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def draw(rng: Seeds, below: int) -> int:
     """Next random number in [0, below): xorshift64* (Vigna 2016)."""
     x = rng[0]
@@ -64,70 +65,56 @@ def draw(rng: Seeds, below: int) -> int:
     return np.int64((x * np.uint64(2685821657736338717)) >> np.uint64(33)) % below
 
 
-@njit(cache=True, error_model="numpy")
-def _before(rank: Ints, key: Floats, tie: Ints, a: int, b: int) -> bool:
-    """True if edge a comes before edge b: by rank, then key, then tie number."""
-    if rank[a] != rank[b]:
-        return rank[a] < rank[b]
-    if key[a] != key[b]:
-        return key[a] < key[b]
-    return tie[a] < tie[b]
-
-
-@njit(cache=True, error_model="numpy")
+@entry
 def grow_tree(s: NetArrays, rank: Ints, cost: Floats, tie: Ints, base: int, adding: bool) -> int:
     """Make Prim's spanning tree from ``base`` the tree: lowest rank first, then lowest key, then lowest tie.
 
     The key of an edge is ``cost`` of the edge, with ``adding`` plus the key of the crease that it starts from.
-    Because the rank alone decides first, the tree is a minimum spanning tree for it. Returns its edges.
+    Because the rank alone decides first, the tree is a minimum spanning tree for it. Returns its edges. The edges
+    to choose from are few, so they are scanned and not kept in order.
     """
-    edge = s.edge
-    faces, edges = s.node.shape[1], len(edge)
-    reached = np.zeros(faces, np.int64)
-    key = np.zeros(edges)
-    heap = np.empty(3 * faces + 1, np.int64)
-    for e in range(edges):
-        edge[e, TREE] = 0
+    node, edge = s.node, s.edge
+    key = np.empty(len(edge))
+    open_edges = np.empty(len(edge), np.int64)
+    edge[:, TREE] = 0
+    node[MARK, :] = 0
     size, count, face, reach = 0, 0, base, 0.0
     while True:
-        reached[face] = 1
+        node[MARK, face] = 1
         for k in range(3):
-            e = s.node[SIDES + k, face]
-            if e < 0 or reached[edge[e, FACES]] + reached[edge[e, FACES + 1]] == 2:
+            e = node[SIDES + k, face]
+            if e >= 0 and node[MARK, edge[e, FACES]] + node[MARK, edge[e, FACES + 1]] == 1:
+                key[e] = cost[e] + reach
+                open_edges[size] = e
+                size += 1
+        best, at = -1, 0
+        while at < size:
+            e = open_edges[at]
+            if node[MARK, edge[e, FACES]] + node[MARK, edge[e, FACES + 1]] == 2:
+                size -= 1
+                open_edges[at] = open_edges[size]
                 continue
-            key[e] = cost[e] + reach
-            at = size
-            size += 1
-            while at > 0 and _before(rank, key, tie, e, heap[(at - 1) // 2]):
-                heap[at] = heap[(at - 1) // 2]
-                at = (at - 1) // 2
-            heap[at] = e
-        found = -1
-        while size > 0 and found < 0:
-            top = heap[0]
-            size -= 1
-            last = heap[size]
-            at = 0
-            while 2 * at + 1 < size:
-                down = 2 * at + 1
-                if down + 1 < size and _before(rank, key, tie, heap[down + 1], heap[down]):
-                    down += 1
-                if not _before(rank, key, tie, heap[down], last):
-                    break
-                heap[at] = heap[down]
-                at = down
-            heap[at] = last
-            if reached[edge[top, FACES]] + reached[edge[top, FACES + 1]] < 2:
-                found = top
-        if found < 0:
-            return count
-        edge[found, TREE] = 1
+            at += 1
+            if best >= 0 and rank[e] > rank[best]:
+                continue
+            if (
+                best < 0
+                or rank[e] < rank[best]
+                or key[e] < key[best]
+                or (key[e] == key[best] and tie[e] < tie[best])
+            ):
+                best = e
+        if best < 0:
+            break
+        edge[best, TREE] = 1
         count += 1
-        face = edge[found, FACES + 1] if reached[edge[found, FACES]] == 1 else edge[found, FACES]
-        reach = key[found] if adding else 0.0
+        face = edge[best, FACES + node[MARK, edge[best, FACES]]]
+        reach = key[best] if adding else 0.0
+    node[MARK, :] = 0
+    return count
 
 
-@njit(cache=True, error_model="numpy")
+@entry
 def free_edges(s: NetArrays, outline: Ints) -> int:
     """How many sides of the base panel, rows (face, slot, edge or -1) of ``outline``, are not creases."""
     count = 0
@@ -137,7 +124,7 @@ def free_edges(s: NetArrays, outline: Ints) -> int:
     return count
 
 
-@njit(cache=True, error_model="numpy")
+@entry
 def clear_tabs(s: NetArrays, outline: Ints, least: int, blockers: Ints, room: int) -> int:
     """How many tabs find room on free sides of the base panel; stops at ``least``.
 
@@ -185,7 +172,7 @@ def clear_tabs(s: NetArrays, outline: Ints, least: int, blockers: Ints, room: in
     return count
 
 
-@njit(cache=True, error_model="numpy")
+@entry
 def tree_path(s: NetArrays, a: int, b: int, path: Ints) -> int:
     """Creases on the tree path between two faces, into ``path``; returns how many."""
     node = s.node
@@ -201,7 +188,7 @@ def tree_path(s: NetArrays, a: int, b: int, path: Ints) -> int:
     return count
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _choose(s: NetArrays, edges: Ints, count: int, rng: Seeds) -> int:
     """Drop the frozen edges, then bring up to CHOICES random ones to the front; returns how many those are."""
     kept = 0
@@ -216,7 +203,7 @@ def _choose(s: NetArrays, edges: Ints, count: int, rng: Seeds) -> int:
     return few
 
 
-@njit(cache=True, error_model="numpy")
+@entry
 def joining_edges(s: NetArrays, joins: Ints) -> int:
     """Edges that would join the marked component to the rest again, into ``joins``; returns how many."""
     count = 0
@@ -231,7 +218,7 @@ def joining_edges(s: NetArrays, joins: Ints) -> int:
     return count
 
 
-@njit(cache=True, error_model="numpy")
+@entry
 def search(s: NetArrays, outline: Ints, pairs: Ints, found: int, rng: Seeds, rounds: int, work: int) -> int:
     """Tabu search by path-targeted exchanges until no pair overlaps and the base panel has a free side.
 
@@ -294,70 +281,10 @@ def search(s: NetArrays, outline: Ints, pairs: Ints, found: int, rng: Seeds, rou
     return found + (1 if free == 0 else 0)
 
 
-@njit(cache=True, error_model="numpy")
-def hold_is_kept(s: NetArrays, outline: Ints, cut: int, join: int) -> bool:
-    """False if replacing ``cut`` by ``join`` would take the last free side of the base panel."""
-    if s.edge[join, OUTLINE] == 0 or s.edge[cut, OUTLINE] != 0:
-        return True
-    return free_edges(s, outline) > 1
-
-
-@njit(cache=True, error_model="numpy")
-def restore(s: NetArrays, outline: Ints, clear: bool) -> int:
-    """Bring blooming creases back, each for one that is not blooming, while nothing overlaps.
-
-    The base panel keeps a free side, and with ``clear`` room for a tab. Returns the edits that are left.
-    """
-    path = np.empty(len(s.edge) + 1, np.int64)
-    edits = 0
-    again = True
-    while again:
-        again, edits = False, 0
-        for join in range(len(s.edge)):
-            if s.edge[join, BLOOMING] == 0 or s.edge[join, TREE] != 0:
-                continue
-            edits += 1
-            count = tree_path(s, s.edge[join, FACES], s.edge[join, FACES + 1], path)
-            for i in range(count):
-                cut = path[i]
-                if s.edge[cut, BLOOMING] != 0 or s.edge[cut, FROZEN] != 0:
-                    continue
-                if not hold_is_kept(s, outline, cut, join) or swap_is_free(s, cut, join) != 1:
-                    continue
-                swap(s, cut, join)
-                if clear and clear_tabs(s, outline, np.int64(1), s.entry, np.int64(0)) == 0:
-                    swap(s, join, cut)
-                    continue
-                again = True
-                edits -= 1
-                break
-    return edits
-
-
-@njit(cache=True, error_model="numpy")
-def make_room(s: NetArrays, outline: Ints, rng: Seeds, tries: int) -> bool:
-    """Look for one exchange of an overlap-free layout that gives a tab room; True if there is room then."""
-    blockers = np.zeros((16, 2), np.int64)
-    path = np.empty(len(s.edge) + 1, np.int64)
-    joins = np.empty(len(s.edge) + 1, np.int64)
-    for _ in range(tries):
-        if clear_tabs(s, outline, np.int64(1), blockers, len(blockers)) > 0:
-            return True
-        if s.number[TESTED] == 0:
-            break
-        face = blockers[draw(rng, s.number[TESTED]), 1]
-        count = _choose(s, path, tree_path(s, s.number[BASE], face, path), rng)
-        for i in range(count):
-            cut = path[i]
-            component(s, cut)
-            few = _choose(s, joins, joining_edges(s, joins), rng)
-            unmark(s)
-            for k in range(few):
-                join = joins[k]
-                if not hold_is_kept(s, outline, cut, join) or swap_is_free(s, cut, join) != 1:
-                    continue
-                swap(s, cut, join)
-                if clear_tabs(s, outline, np.int64(1), s.entry, np.int64(0)) > 0:
-                    return True
-                swap(s, join, cut)
-    return False
+@entry
+def first_free_swap(s: NetArrays, cuts: Ints, join: int) -> int:
+    """The first of ``cuts`` that ``join`` can replace without any overlap, as its place in the list; else their number."""
+    for i in range(len(cuts)):
+        if swap_is_free(s, cuts[i], join) == 1:
+            return i
+    return len(cuts)

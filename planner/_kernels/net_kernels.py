@@ -41,6 +41,11 @@ FACES, SLOTS, FLAT, FROZEN, TREE, BLOOMING, OUTLINE, EDGES = 0, 2, 4, 5, 6, 7, 8
 BASE, QUERY, SIZE, TESTED, NUMBERS = 0, 1, 2, 3, 4
 
 
+# kernels called from Python, and kernels called from kernels only: wrappers that nobody uses cost time to compile
+entry = njit(cache=True, error_model="numpy", no_cfunc_wrapper=True)
+inner = njit(cache=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
+
+
 class NetArrays(NamedTuple):
     """Dual graph, tree, flat layout and hash grid as plain arrays (F faces, M interior edges)."""
 
@@ -53,7 +58,7 @@ class NetArrays(NamedTuple):
     number: Ints  # (NUMBERS,)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def triangles_overlap(r: Floats, i: int, j: int) -> bool:
     """True if counter-clockwise triangles, rows i and j of r, penetrate deeper than the tolerance.
 
@@ -75,7 +80,7 @@ def triangles_overlap(r: Floats, i: int, j: int) -> bool:
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _cells(r: Floats, i: int) -> Any:
     """First and last grid cell in x and in y that the bounding box of row i of r touches."""
     cell = r[0, CELL]
@@ -86,7 +91,7 @@ def _cells(r: Floats, i: int) -> Any:
     return math.floor(x0 / cell), math.floor(x1 / cell), math.floor(y0 / cell), math.floor(y1 / cell)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def insert_face(s: NetArrays, face: int) -> None:
     """Enter a face into the grid cells that its bounding box touches."""
     x0, x1, y0, y1 = _cells(s.real, face)
@@ -104,7 +109,7 @@ def insert_face(s: NetArrays, face: int) -> None:
     s.node[USED, face] = at - s.node[FIRST, face]
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def remove_face(s: NetArrays, face: int) -> None:
     """Take a face out of the grid."""
     start = s.node[FIRST, face]
@@ -119,7 +124,7 @@ def remove_face(s: NetArrays, face: int) -> None:
     s.node[USED, face] = 0
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def count_hits(s: NetArrays, i: int, limit: int, out: Ints, at: int, room: int) -> int:
     """How many faces of the grid that are not marked overlap row i of ``real``; stops beyond ``limit``.
 
@@ -150,7 +155,7 @@ def count_hits(s: NetArrays, i: int, limit: int, out: Ints, at: int, room: int) 
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@entry
 def root_tree(s: NetArrays, base: int) -> int:
     """Parent, slot, crease, depth and order of every face; returns how many were reached.
 
@@ -189,7 +194,7 @@ def root_tree(s: NetArrays, base: int) -> int:
     return reached
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def set_pose(s: NetArrays, face: int, c: float, d: float, x: float, y: float) -> None:
     """Put a face at pose (c, d, x, y), c + id of length one."""
     r = s.real
@@ -204,7 +209,7 @@ def set_pose(s: NetArrays, face: int, c: float, d: float, x: float, y: float) ->
     r[face, CENTRE], r[face, CENTRE + 1] = sx / 3.0, sy / 3.0
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def joined_pose(s: NetArrays, e: int, child: int) -> Any:
     """Pose (c, d, x, y) of ``child`` laid flat against the face on the other side of edge ``e``."""
     r = s.real
@@ -222,7 +227,7 @@ def joined_pose(s: NetArrays, e: int, child: int) -> Any:
     return c, d, r[other, CORNER + n] - c * p + d * q, r[other, CORNER + n + 1] - d * p - c * q
 
 
-@njit(cache=True, error_model="numpy")
+@entry
 def all_overlaps(s: NetArrays, pairs: Ints, room: int) -> int:
     """Fill the grid with the faces where they are, and count the pairs that overlap.
 
@@ -240,7 +245,7 @@ def all_overlaps(s: NetArrays, pairs: Ints, room: int) -> int:
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@entry
 def lay_flat(s: NetArrays) -> None:
     """Lay out the rooted tree, base face in its own frame. The grid is not touched."""
     set_pose(s, s.number[BASE], 1.0, 0.0, 0.0, 0.0)
@@ -250,7 +255,7 @@ def lay_flat(s: NetArrays) -> None:
         set_pose(s, f, c, d, x, y)
 
 
-@njit(cache=True, error_model="numpy")
+@entry
 def component(s: NetArrays, cut: int) -> int:
     """Mark the smaller side of the tree without crease ``cut``: returns its size, members in ``node[PART]``.
 
@@ -283,7 +288,7 @@ def component(s: NetArrays, cut: int) -> int:
     return size
 
 
-@njit(cache=True, error_model="numpy")
+@entry
 def unmark(s: NetArrays) -> None:
     """Forget the marked component."""
     for i in range(s.number[SIZE]):
@@ -291,7 +296,7 @@ def unmark(s: NetArrays) -> None:
     s.number[SIZE] = 0
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def motion(s: NetArrays, join: int) -> Any:
     """Rigid motion (c, d, x, y) of the marked component that lays it against the rest along edge ``join``."""
     a = s.edge[join, FACES]
@@ -303,7 +308,7 @@ def motion(s: NetArrays, join: int) -> Any:
     return mc, md, x - mc * p + md * q, y - md * p - mc * q
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def moved_overlaps(s: NetArrays, join: int, limit: int, out: Ints, at: int, room: int) -> int:
     """Overlapping pairs between the marked component, joined at ``join``, and the rest; stops beyond ``limit``.
 
@@ -333,7 +338,7 @@ def moved_overlaps(s: NetArrays, join: int, limit: int, out: Ints, at: int, room
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@entry
 def swap(s: NetArrays, cut: int, join: int) -> None:
     """Replace crease ``cut`` by ``join`` without asking what it hits, and root the tree again."""
     component(s, cut)
@@ -351,7 +356,7 @@ def swap(s: NetArrays, cut: int, join: int) -> None:
     root_tree(s, s.number[BASE])
 
 
-@njit(cache=True, error_model="numpy")
+@entry
 def swap_is_free(s: NetArrays, cut: int, join: int) -> int:
     """1 if the part that ``cut`` frees would overlap nothing when joined at ``join``, 0 if it would.
 
@@ -365,7 +370,7 @@ def swap_is_free(s: NetArrays, cut: int, join: int) -> int:
     return free
 
 
-@njit(cache=True, error_model="numpy")
+@entry
 def place_back(s: NetArrays, members: Ints, poses: Floats) -> None:
     """Put faces back to earlier poses (exact undo) and root the tree again."""
     for i in range(len(members)):

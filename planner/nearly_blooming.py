@@ -1,0 +1,208 @@
+"""Nearly-blooming nets: few exchanges away from a blooming tree, no overlap, and a base that a tab can hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner._kernels import nb_kernels, net_kernels
+from planner.blooming_trees import BLOOMING_TREES, TreeName, blooming_tree
+from planner.dual_graph import DualGraph
+from planner.flat_layout import FlatLayout
+from planner.net import Net, NetCertificate
+
+__all__ = ["WORK_PER_SECOND", "NetAttempt", "certify", "nearly_blooming", "repair_tree"]
+
+WORK_PER_SECOND = 1_500_000
+"""Faces tested for overlap that stand for one second of a budget: budgets count work, so that results do not
+depend on the machine or its load."""
+
+DEFAULT_BUDGET_S = 20.0
+"""Nominal budget of one search where none is given."""
+
+ROOM_TRIES = 300
+"""Exchanges tried to give a tab room before another base is preferred."""
+
+
+@dataclass(frozen=True, eq=False)
+class NetAttempt:
+    """What one method made of one base face.
+
+    Attributes:
+        layout: the net as laid out, at its best.
+        tree: the tree that it started from.
+        blooming_overlaps: overlapping face pairs in that tree.
+        edits: creases of the net that the tree does not have.
+        overlapping: (P, 2) face pairs that still overlap.
+        held: the base panel has a free side for a tab.
+        roomy: some free side of the base panel has room for a tab.
+        work: faces that were tested for overlap on the way.
+    """
+
+    layout: FlatLayout
+    tree: str
+    blooming_overlaps: int
+    edits: int
+    overlapping: NDArray[np.int64]
+    held: bool
+    roomy: bool
+    work: int
+
+    @property
+    def is_net(self) -> bool:
+        """True if nothing overlaps and the base can be held."""
+        return len(self.overlapping) == 0 and self.held
+
+    def certificate(self, method: str) -> NetCertificate:
+        """How near to blooming the net is; the bound claims no more than that an overlap needs an edit."""
+        bound = 1 if self.blooming_overlaps else 0
+        return NetCertificate(
+            self.blooming_overlaps, self.edits, bound, self.edits == bound, method=method, tree=self.tree
+        )
+
+    def to_net(self, method: str) -> Net:
+        """The net with its certificate."""
+        return self.layout.to_net(self.certificate(method))
+
+
+def repair_tree(
+    graph: DualGraph,
+    tree: NDArray[np.bool_],
+    base: int,
+    *,
+    name: str,
+    seed: int = 0,
+    budget_s: float | None = None,
+    remove_overlaps: bool = True,
+) -> NetAttempt:
+    """Exchange creases of ``tree`` until no faces overlap and the base panel can be held, then restore.
+
+    A tabu search picks an overlapping pair, cuts a crease on the tree path between its faces and joins the parts
+    at the edge that leaves the fewest overlaps. Afterwards creases of ``tree`` are brought back, each in exchange
+    for a foreign one, as long as nothing overlaps. Flat joints are never cut.
+
+    Args:
+        graph: the dual graph of the goal.
+        tree: (M,) the tree to start from.
+        base: the base face.
+        name: what the tree is called in the certificate.
+        seed: of the random choices.
+        budget_s: nominal seconds, counted as work (``WORK_PER_SECOND``).
+        remove_overlaps: False: only see to the hold of the base, and only if nothing overlaps.
+    """
+    layout = FlatLayout(graph, tree, base)
+    found, edits, work = layout.overlaps, 0, 0
+    overlapping = layout.overlapping_pairs() if found else np.empty((0, 2), dtype=np.int64)
+    rng = np.array([_scramble(seed, base)], dtype=np.uint64)
+    if (found and remove_overlaps) or (not found and not layout.free_edges()):
+        arrays = layout.arrays
+        arrays.edge[:, net_kernels.BLOOMING] = tree
+        pairs = np.zeros((2 * found + 4 * len(graph.goal.faces), 2), dtype=np.int64)
+        pairs[:found] = overlapping
+        limit = int((DEFAULT_BUDGET_S if budget_s is None else budget_s) * WORK_PER_SECOND)
+        rounds = 2000 + 40 * len(graph.goal.faces)
+        left = nb_kernels.search(arrays, layout.outline, pairs, found, rng, rounds, limit)
+        work = int(arrays.number[net_kernels.TESTED])
+        if left == 0:
+            roomy = make_room(layout, seed)
+            edits = restore(layout, tree, roomy)
+        else:
+            edits = int(np.count_nonzero(layout.tree & ~tree))
+        layout = FlatLayout(graph, layout.tree, base)
+        overlapping = layout.overlapping_pairs()
+    elif not found and not layout.tab_has_room():
+        make_room(layout, seed)
+        edits = int(np.count_nonzero(layout.tree & ~tree))
+        layout = FlatLayout(graph, layout.tree, base)
+    return NetAttempt(
+        layout=layout,
+        tree=name,
+        blooming_overlaps=found,
+        edits=edits,
+        overlapping=overlapping,
+        held=layout.free_edges() > 0,
+        roomy=layout.tab_has_room(),
+        work=work,
+    )
+
+
+def restore(layout: FlatLayout, tree: NDArray[np.bool_], roomy: bool) -> int:
+    """Bring creases of ``tree`` back, each in exchange for a foreign one, while nothing overlaps.
+
+    The base panel keeps a free side, and with ``roomy`` the room for a tab. Returns the edits that are left.
+    """
+    arrays, graph = layout.arrays, layout.graph
+    again = True
+    while again:
+        again = False
+        for join in np.flatnonzero(tree & ~layout.tree).tolist():
+            path = layout.path(int(graph.faces[join, 0]), int(graph.faces[join, 1]))
+            cuts = path[~tree[path] & ~graph.flat_forest[path]]
+            cuts = np.array([cut for cut in cuts.tolist() if layout.keeps_hold(cut, join)], dtype=np.int64)
+            while len(cuts):
+                at = int(nb_kernels.first_free_swap(arrays, cuts, join))
+                if at == len(cuts):
+                    break
+                net_kernels.swap(arrays, cuts[at], join)
+                if not roomy or layout.tab_has_room():
+                    again = True
+                    break
+                net_kernels.swap(arrays, join, cuts[at])
+                cuts = cuts[at + 1 :]
+    return int(np.count_nonzero(layout.tree & ~tree))
+
+
+def make_room(layout: FlatLayout, seed: int) -> bool:
+    """Look for one exchange of an overlap-free layout that gives a tab room; True if there is room then."""
+    if layout.tab_has_room():
+        return True
+    rng = np.random.default_rng([seed, layout.base])
+    blocking = np.zeros((64, 2), dtype=np.int64)
+    nb_kernels.clear_tabs(layout.arrays, layout.outline, 1, blocking, len(blocking))
+    blockers = np.unique(blocking[: layout.arrays.number[net_kernels.TESTED], 1])
+    tries = 0
+    for face in rng.permutation(blockers).tolist():
+        for cut in rng.permutation(layout.path(layout.base, face)).tolist():
+            if layout.graph.flat_forest[cut]:
+                continue
+            for join in rng.permutation(layout.joinable(cut))[:4].tolist():
+                tries += 1
+                if tries > ROOM_TRIES:
+                    return False
+                if layout.exchange(cut, join):
+                    if layout.tab_has_room():
+                        return True
+                    layout.undo()
+    return False
+
+
+def nearly_blooming(
+    graph: DualGraph, base: int, *, tree: TreeName = "steepest", seed: int = 0, budget_s: float | None = None
+) -> NetAttempt:
+    """A net of few edits from the blooming tree ``tree`` around ``base``; see ``repair_tree``."""
+    return repair_tree(graph, blooming_tree(graph, base, tree), base, name=tree, seed=seed, budget_s=budget_s)
+
+
+def certify(layout: FlatLayout, method: str) -> NetCertificate:
+    """Certificate of any overlap-free layout: its edits from the nearest blooming tree of its base."""
+    best: tuple[int, int, TreeName] | None = None
+    for name in BLOOMING_TREES:
+        tree = blooming_tree(layout.graph, layout.base, name)
+        edits = int(np.count_nonzero(layout.tree & ~tree))
+        if best is None or edits < best[0]:
+            overlaps = FlatLayout(layout.graph, tree, layout.base, hold_base=False).overlaps
+            best = (edits, overlaps, name)
+    assert best is not None  # noqa: S101 - there are three trees
+    edits, overlaps, name = best
+    bound = 1 if overlaps else 0
+    return NetCertificate(overlaps, edits, bound, edits == bound, method=method, tree=name)
+
+
+def _scramble(seed: int, base: int) -> int:
+    """A 64-bit state that is never 0, from seed and base face (splitmix64, Steele et al. 2014)."""
+    state = (seed * 0x9E3779B97F4A7C15 + base * 0xD1342543DE82EF95 + 0x632BE59BD9B4E019) % 2**64
+    state = ((state ^ (state >> 30)) * 0xBF58476D1CE4E5B9) % 2**64
+    state = ((state ^ (state >> 27)) * 0x94D049BB133111EB) % 2**64
+    return (state ^ (state >> 31)) or 1
