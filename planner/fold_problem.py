@@ -41,6 +41,14 @@ def rotary_angles(max_tilt_rad: float) -> NDArray[np.float64]:
     return np.concatenate([top, np.pi + top])
 
 
+def fine_tilts(max_tilt_rad: float) -> NDArray[np.float64]:
+    """(L,) tilts, small to large, that are tried for a crease which no usual rotary angle shows fully."""
+    if max_tilt_rad <= np.radians(1.0):
+        return np.zeros(1)
+    shares = np.array([0.1, 0.22, 0.36, 0.5, 0.65, 0.82, 1.0])
+    return max_tilt_rad * np.concatenate([[0.0], np.stack([shares, -shares], axis=1).ravel()])
+
+
 @dataclass(frozen=True, eq=False)
 class FlatTree:
     """A flat net as plain arrays, the form in which the search passes nets on.
@@ -116,9 +124,7 @@ class FoldProblem:
         self.use_contact = "contact" not in without
         self.use_sight = "sight" not in without
         self.rotary = rotary_angles(limits.max_tilt_rad)
-        self.fine = (
-            limits.max_tilt_rad * np.arange(-9, 10) / 9.0 if limits.max_tilt_rad > 0.0 else np.zeros(1)
-        )
+        self.fine = fine_tilts(limits.max_tilt_rad)
         self.corners_3d = goal.vertices[goal.faces]
         self.centroids_3d = self.corners_3d.mean(axis=1)
         plain = np.full((len(goal.faces), 3), limits.clearance)

@@ -16,7 +16,7 @@ import numpy as np
 from planner.flat_layout import FlatLayout
 from planner.fold_problem import FlatTree, FoldProblem, FoldResult
 
-__all__ = ["Candidate", "SearchSettings", "flat_tree", "improve", "judge", "search"]
+__all__ = ["Candidate", "SearchSettings", "axis_angles", "flat_tree", "improve", "judge", "search"]
 
 AXIS_DIRECTIONS = 8
 """Directions of the rotary axis in the net that are tried, over half a turn."""
@@ -27,8 +27,7 @@ class SearchSettings:
     """How much is tried.
 
     Attributes:
-        starts: nets from the ranking of bases that are judged.
-        chains: best of them that are improved by annealing.
+        chains: best of the starting nets that are improved by annealing.
         evaluations: nets judged in each chain.
         seed: of every random choice.
         fixed_base: keep the base faces of the starting nets.
@@ -36,7 +35,6 @@ class SearchSettings:
             stopped so depends on the machine; without it, on the input and seed only.
     """
 
-    starts: int
     chains: int
     evaluations: int
     seed: int = 0
@@ -119,42 +117,44 @@ def search(
     problem: FoldProblem,
     settings: SearchSettings,
     on_progress: Callable[[float, str], None] | None = None,
-) -> Candidate:
-    """The best net found from the given overlap-free starting nets.
+) -> list[Candidate]:
+    """Nets that fold well, the best first, found from the given overlap-free starting nets.
 
     Args:
         layouts: starting nets, in order of promise; all are judged.
         problem: goal and limits.
         settings: how much is tried.
         on_progress: called with the share done and a line of words.
+
+    Returns:
+        The starting nets as judged and what became of the improved ones, sorted by cost; never empty.
     """
     tell = on_progress or (lambda _share, _words: None)
     total = len(layouts) + settings.chains * settings.evaluations
     axes = axis_angles(problem)
-    judged: list[Candidate] = []
+    found: list[Candidate] = []
     for number, layout in enumerate(layouts):
-        if judged and settings.late:
+        if found and (settings.late or done(found[0])):
             break
         both = (judge(layout, problem, axis) for axis in (axes[0], axes[len(axes) // 2]))
-        judged.append(min(both, key=lambda c: c.cost))
-        best = min(judged, key=lambda c: c.cost)
-        tell(number / total, f"net {number + 1} of {len(layouts)}: {best.result.completion:.1%} folded")
-        if done(best):
-            return best
-    judged.sort(key=lambda c: c.cost)
-    best = judged[0]
-    for chain, start in enumerate(judged[: settings.chains]):
+        found.append(min(both, key=_by_cost))
+        found.sort(key=_by_cost)
+        tell(number / total, f"net {number + 1} of {len(layouts)}: {found[0].result.completion:.1%} folded")
+    for chain, start in enumerate(found[: settings.chains]):
+        if done(found[0]) or settings.late:
+            break
         offset = len(layouts) + chain * settings.evaluations
 
         def report(step: int, candidate: Candidate, offset: int = offset) -> None:
             tell((offset + step) / total, f"improving the net: {candidate.result.completion:.1%} folded")
 
-        found = improve(start, problem, replace(settings, seed=settings.seed + 7919 * chain), report)
-        if found.cost < best.cost:
-            best = found
-        if done(best) or settings.late:
-            break
-    return best
+        found.append(improve(start, problem, replace(settings, seed=settings.seed + 7919 * chain), report))
+        found.sort(key=_by_cost)
+    return found
+
+
+def _by_cost(candidate: Candidate) -> float:
+    return candidate.cost
 
 
 def done(candidate: Candidate) -> bool:

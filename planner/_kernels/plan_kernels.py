@@ -339,9 +339,23 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                     beam = rotary[best_option] if k < 0 else side + fine[k]
                     leaning = math.atan2(sign * math.cos(beam), math.sin(beam) * across)
                     own = leaning + OVERHANG_RAD - abs(angle[f])
+                    allowed = max(0.0, min(free, own))
+                    if k >= 0:
+                        # only a tilt that shows the crease further than now is worth the whole sweep
+                        ahead = reach + LEAST_GAIN_RAD
+                        if allowed <= ahead:
+                            continue
+                        share, _, _ = hidden_share(
+                            panel[f], panel[parent[f]], panel, moving_mask, flat, solids, centres, radii,
+                            present, ox, oy, ux, uy, lengths[f], sign, ahead,
+                            math.tan(beam) * ey, -math.tan(beam) * ex, 1.0 / math.cos(beam), radius,
+                            intervals, turned,
+                        )  # fmt: skip
+                        if share > hidden_max:
+                            continue
                     seen, by, _ = sight_limit(
                         panel[f], panel[parent[f]], panel, moving_mask, flat, solids, centres, radii, present,
-                        ox, oy, ux, uy, lengths[f], sign, max(0.0, min(free, own)),
+                        ox, oy, ux, uy, lengths[f], sign, allowed,
                         math.tan(beam) * ey, -math.tan(beam) * ex, 1.0 / math.cos(beam), radius,
                         hidden_max, intervals, turned,
                     )  # fmt: skip

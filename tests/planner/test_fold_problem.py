@@ -82,7 +82,7 @@ def test_plans_obey_the_rules_under_an_independent_replay(name, tilt_deg):
 
 def test_a_full_plan_gives_the_goal():
     problem, layouts = problem_of("open_box")
-    best = search(layouts, problem, SearchSettings(len(layouts), 1, 60))
+    best = search(layouts, problem, SearchSettings(1, 60))[0]
     assert best.result.completion == pytest.approx(1.0, abs=1e-12)
     assert best.result.shape_rms < 1e-9
     assert (best.result.cause == 0).all()
@@ -126,7 +126,7 @@ def test_the_same_plan_twice_is_the_same_bit_for_bit():
 
 def test_search_depends_on_the_seed_only():
     problem, layouts = problem_of("ball")
-    one, other = (search(layouts, problem, SearchSettings(3, 1, 15, seed=4)) for _ in range(2))
+    one, other = (search(layouts, problem, SearchSettings(1, 15, seed=4))[0] for _ in range(2))
     assert one.cost == other.cost
     assert np.array_equal(one.layout.tree, other.layout.tree)
 
