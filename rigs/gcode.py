@@ -99,7 +99,9 @@ def gcode_program(job: Job, *, pauses: bool = False) -> GcodeProgram:
     line += len(HEADER)
     step: int | None = None
     for index, block in enumerate(job.blocks):
-        said: tuple[str, ...] = () if block.step == step else (_comment(f"step {block.step}" if block.step >= 0 else "move"),)
+        said: tuple[str, ...] = (
+            () if block.step == step else (_comment(f"step {block.step}" if block.step >= 0 else "move"),)
+        )
         step = block.step
         if block.text:
             said += (_comment(block.text, job.style.line_chars),)
@@ -132,8 +134,8 @@ def _title(job: Job) -> tuple[str, ...]:
 def _lines(block: Block, style: GcodeStyle, pauses: bool) -> Iterator[str]:
     sync = f"G4P{_number(max(block.wait_s, SYNC_S))}"
     if block.kind == "goto":
-        if words := _words(block.start, block.end, style):
-            yield f"G0{words}"
+        height = f"Z{_number(block.end[2])}" if style.has_focus_axis else ""
+        yield f"G0X{_number(block.end[0])}Y{_number(block.end[1])}{height}"
         yield sync
     elif block.kind == "rotate":
         if pauses:

@@ -7,9 +7,12 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["peak_rise_per_watt", "temperature_rise"]
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(40)
-_PLACES = np.concatenate([[-0.3], np.linspace(0.0, 1.0, 13) ** 1.5 * 1.6])
-"""Where the peak is looked for behind the spot, in units of w + v h² / (2 a)."""
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
+_TOP_PLACES = np.linspace(-0.1, 1.3, 12)
+"""Where the peak of the lit face is looked for behind the spot, in units of its radius."""
+
+_BOTTOM_PLACES = np.linspace(0.0, 1.0, 16) ** 1.5 * 1.5
+"""Where the peak of the other face is looked for, in units of w + v h² / (2 a)."""
 
 
 def temperature_rise(
@@ -43,11 +46,14 @@ def temperature_rise(
         np.asarray(value, dtype=np.float64)[..., None]
         for value in (behind, depth, speed, thickness, along, across, diffusivity, heat_capacity)
     )
-    # The source that counts was near the point: beyond this time it is too far away or spread out.
-    longest = 80.0 * a / v**2 + (6.0 * np.maximum(wx, wy) + 2.0 * np.abs(x)) / v
+    # The spot counts while it is within five standard deviations (in place, then) of the point.
+    reach = x * v + 25.0 * a
+    root = np.sqrt(np.maximum(reach**2 - v**2 * (x**2 - 6.25 * wx**2), 0.0))
+    first, last = np.maximum(reach - root, 0.0) / v**2, np.maximum(reach + root, 0.0) / v**2
+    power = np.where(first > 0.02 * last, 1.0, 4.0)  # times near 0 need care where they count
     u = 0.5 * (_NODES + 1.0)
-    tau = longest * u**3
-    weight = 0.5 * _WEIGHTS * 3.0 * u**2 * longest
+    tau = first + (last - first) * u**power
+    weight = 0.5 * _WEIGHTS * power * u ** (power - 1.0) * (last - first)
     sx, sy = wx**2 / 4.0 + 2.0 * a * tau, wy**2 / 4.0 + 2.0 * a * tau
     plane = np.exp(-((v * tau - x) ** 2) / (2.0 * sx)) / (2.0 * np.pi * np.sqrt(sx * sy))
     rise: NDArray[np.float64] = np.sum(weight * plane * _through(z, h, a * tau), axis=-1) / rc[..., 0]
@@ -70,12 +76,11 @@ def peak_rise_per_watt(
             for value in (speed, thickness, along, across, diffusivity, heat_capacity)
         )
     )
-    behind = _PLACES * (wx + v * h**2 / (2.0 * a))
     fixed = {
         "speed": v, "thickness": h, "along": wx, "across": wy, "diffusivity": a, "heat_capacity": rc,
     }  # fmt: skip
-    top = temperature_rise(behind, np.zeros_like(h), **fixed).max(axis=-1)
-    bottom = temperature_rise(behind, h, **fixed).max(axis=-1)
+    top = temperature_rise(_TOP_PLACES * wx, np.zeros_like(h), **fixed).max(axis=-1)
+    bottom = temperature_rise(_BOTTOM_PLACES * (wx + 0.5 * v * h**2 / a), h, **fixed).max(axis=-1)
     return top, bottom
 
 
