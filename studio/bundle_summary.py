@@ -56,9 +56,9 @@ def bundle_summary(ws: Workspace, replay: str = "") -> Summary:
             "clipped_faces": metrics.clipped_faces,
             "clipped_area_mm2": metrics.clipped_area,
             "without": plan.without,
-            "notices": (*ws.goal.notices, *plan.notices),
+            "notices": (*ws.goal.notices, *plan.notices, *ws.process.flags),
             "passes": ws.process.passes,
-            "seconds": ws.process.seconds,
+            "seconds": ws.job.seconds if "job.json" in manifest.files else ws.process.seconds,
             "energy_j": ws.process.energy_j,
         }
     validation = validation_values(ws)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from studio.bundle_summary import validation_values
-from studio.errors import BundleError, UsageError
+from studio.errors import UsageError
 from studio.workspace import RIG_FILE, Workspace
 
 if TYPE_CHECKING:
@@ -42,18 +42,16 @@ def replay_stage(
         confirm: asked before a real machine fires, and where the job needs a person.
 
     Raises:
-        BundleError: if the bundle has no job, or not the one that follows from its plan.
+        BundleError: if the bundle has no job.
         JobError: if the job may not be armed.
         MachineError: if the machine refuses, fails or vanishes.
     """
+    from rigs.job_file import read_job
     from rigs.replay import Progress as Position
     from rigs.replay import replay
 
     ws.manifest.sha256_of("job.gcode")
-    if ws.path("job.gcode").read_bytes() != ws.gcode:
-        raise BundleError(
-            f"{ws.path('job.gcode')}: not what this version makes of the plan; run: blossom job DIR"
-        )
+    job = read_job(ws.path("job.json"), ws.path("job.gcode"))
     journal = _next_journal(ws)
 
     def tell(at: Position) -> None:
@@ -64,7 +62,7 @@ def replay_stage(
 
     with _machine(ws, port) as url, ws.progress.stage("replay", f"{mode} on {port}"):
         done = replay(
-            ws.job, url, rig=ws.rig, journal_path=journal, mode=mode, certificate=_certificate(ws),
+            job, url, rig=ws.rig, journal_path=journal, mode=mode, certificate=_certificate(ws),
             confirm=confirm, ask=confirm, on_progress=tell,
         )  # fmt: skip
     what = "EMULATED" if done.emulated else "REAL machine"

@@ -15,6 +15,7 @@ from studio.manifest import Manifest
 from studio.progress import duration_text
 from studio.report_data import steps_values, viewer_values
 from studio.report_net_svg import net_svg
+from studio.report_validation import event_text, validation_rows
 from studio.summary import Summary
 
 __all__ = ["StepSetting", "report_html"]
@@ -153,18 +154,12 @@ def _blocked(summary: Summary) -> str:
 def _validation(validation: Mapping[str, Any] | None) -> str:
     if validation is None:
         return ""
-    skip = {"format", "version", "events", "hinges"}
-    rows: list[tuple[str, str]] = []
-    for key, value in validation.items():
-        if key in skip or key.endswith("sha256"):
-            continue
-        rows.append((key.replace("_", " "), _plain(value)))
-    table = _table(rows)
+    body = "".join(f"<tr><td>{name}</td><td>{text}</td></tr>" for name, text in validation_rows(validation))
     events = validation.get("events") or []
-    listed = "".join(f"<li>{escape(_plain(event))}</li>" for event in events[:50])
+    listed = "".join(f"<li>{escape(event_text(event))}</li>" for event in events[:50])
     more = f'<p class="soft">and {len(events) - 50} more</p>' if len(events) > 50 else ""
     shown = f'<h2>Events</h2><ul class="notes">{listed}</ul>{more}' if events else ""
-    return f"<section><h2>Validation</h2>{table}{shown}</section>"
+    return f"<section><h2>Validation</h2><table><tbody>{body}</tbody></table>{shown}</section>"
 
 
 def _steps(plan: FoldPlan, settings: Mapping[int, StepSetting]) -> str:
