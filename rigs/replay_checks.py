@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from rigs.controller import Identity
@@ -12,7 +12,14 @@ from rigs.gate import Gate, split_words
 from rigs.replay_blocks import ReplayJob, lit_block
 from rigs.rig import Rig
 
-__all__ = ["Certificate", "check_certificate", "check_identity", "check_job", "position_mistake"]
+__all__ = [
+    "Certificate",
+    "check_certificate",
+    "check_identity",
+    "check_job",
+    "identity_mistakes",
+    "position_mistake",
+]
 
 _ROTARY_DEG = 0.1
 _LINEAR_MM = 0.01
@@ -100,7 +107,7 @@ def check_certificate(certificate: Certificate | None, job: ReplayJob, rig: Rig)
 
 
 def check_identity(identity: Identity, rig: Rig, *, armed: bool) -> None:
-    """Compare what the controller says with the profile.
+    """Refuse a controller that is not what the profile says.
 
     Args:
         identity: answers of the controller.
@@ -110,29 +117,34 @@ def check_identity(identity: Identity, rig: Rig, *, armed: bool) -> None:
     Raises:
         MachineError: naming the setting, what it is and what the profile expects.
     """
+    for mistake in identity_mistakes(identity, rig, armed=armed):
+        raise MachineError(mistake)
+
+
+def identity_mistakes(identity: Identity, rig: Rig, *, armed: bool = True) -> Iterator[str]:
+    """Every difference between what a controller says and the profile, in words."""
     info = " ".join(identity.info)
     if "[VER:" not in info:
-        raise MachineError(f"the controller does not say what it is ($I gave '{info[:60]}'): is it GRBL 1.1?")
+        yield f"the controller does not say what it is ($I gave '{info[:60]}'): is it GRBL 1.1?"
     words = rig.axis_words
-    known = len(identity.offset("G54"))
-    if known != len(words):
-        raise MachineError(
-            f"the controller has {known} axes, {rig.name} needs {len(words)} ({' '.join(words)}): "
+    offset = identity.offset("G54")
+    if len(offset) != len(words):
+        yield (
+            f"the controller has {len(offset)} axes, {rig.name} needs {len(words)} ({' '.join(words)}): "
             "wrong firmware"
         )
     for key, wanted in rig.controller.expect.items():
         have = identity.settings.get(key)
         if (have is None or abs(have - wanted) > 1e-3 * max(1.0, abs(wanted))) and (armed or _moves(key)):
             found = "missing" if have is None else f"{have:g}"
-            raise MachineError(
-                f"setting {key} of the controller is {found}, the profile "
-                f"{rig.name} expects {wanted:g}: correct the one that is wrong"
+            yield (
+                f"setting {key} of the controller is {found}, the profile {rig.name} expects {wanted:g}: "
+                "correct the one that is wrong"
             )
-    offset = identity.offset("G54")
     if rig.controller.g54_mm and any(
-        abs(a - b) > 0.01 for a, b in zip(offset, rig.controller.g54_mm, strict=True)
+        abs(a - b) > 0.01 for a, b in zip(offset, rig.controller.g54_mm, strict=False)
     ):
-        raise MachineError(
+        yield (
             f"the work offset G54 of the controller is {list(offset)}, the profile {rig.name} expects "
             f"{list(rig.controller.g54_mm)}: set it, or correct controller.g54_mm"
         )
