@@ -1,0 +1,54 @@
+"""The flat net as regions of the plane: its union, and the edges along which it is cut."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.net import Net
+
+__all__ = ["LEAST_KERF_MM", "boundary_edges", "grown", "net_union", "rectangle"]
+
+LEAST_KERF_MM = 0.02
+"""Narrower cuts are planned as if they were this wide."""
+
+
+def net_union(net: Net) -> Any:
+    """Union of the flat faces (a shapely polygon or multipolygon), places snapped to 1e-7 mm."""
+    import shapely
+
+    return shapely.union_all(shapely.polygons(net.vertices[net.faces]), grid_size=1e-7)
+
+
+def grown(region: Any, distance_mm: float) -> Any:
+    """``region`` grown by ``distance_mm`` with mitred corners, very sharp ones blunted."""
+    import shapely
+
+    return shapely.buffer(region, distance_mm, join_style="mitre", mitre_limit=2.0)
+
+
+def rectangle(corners: NDArray[np.float64]) -> Any:
+    """Axis-aligned rectangle from (2, 2) lower and upper corner."""
+    import shapely
+
+    return shapely.box(*corners[0].tolist(), *corners[1].tolist())
+
+
+def boundary_edges(net: Net) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """The cut edges of the net: (edge numbers (B,), their faces (B,), net vertices of start and end (B, 2)).
+
+    The face lies to the left of start to end, so the outward normal points to the right.
+    """
+    number = {(min(a, b), max(a, b)): e for e, (a, b) in enumerate(net.edges.tolist())}
+    rows = []
+    for face, corners in enumerate(net.faces.tolist()):
+        for k in range(3):
+            a, b = corners[k], corners[(k + 1) % 3]
+            edge = number[min(a, b), max(a, b)]
+            if net.assignment[edge] == "B":
+                rows.append((edge, face, a, b))
+    rows.sort()
+    table = np.array(rows, dtype=np.int64).reshape(-1, 4)
+    return table[:, 0], table[:, 1], table[:, 2:]
