@@ -28,7 +28,6 @@ class Touch:
         force_n: normal force, N.
         angle_rad: angle of the turning hinge.
         time_s: simulated time.
-        give_mm: depth up to which the hinges of the two give way elastically, with a factor 2 to yield.
     """
 
     faces: tuple[int, ...]
@@ -37,7 +36,6 @@ class Touch:
     force_n: float
     angle_rad: float
     time_s: float
-    give_mm: float = 0.0
 
     @property
     def pair(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
@@ -63,23 +61,9 @@ def touches(plan: FoldPlan, loaded: LoadedModel, turn: Turn, tolerance_mm: float
             Touch(
                 faces, substrate, -float(data.contact.dist[n]), force_n(float(force[0])),
                 float(data.qpos[loaded.qpos_address(turn.joint)]), float(data.time),
-                elastic_give(loaded, faces, data.contact.pos[n]),
             )
         )  # fmt: skip
     return found
-
-
-def elastic_give(loaded: LoadedModel, faces: tuple[int, ...], where: NDArray[np.float64]) -> float:
-    """Way in mm of ``where`` (3,) when the better placed hinge of ``faces`` gives half its yield angle."""
-    side, data = loaded.compiled.side, loaded.data
-    arm = 0.0
-    for face in faces:
-        crease = int(side.panel_crease[side.panel_of[face]])
-        if crease >= 0:
-            joint = loaded.joint[f"crease_{crease}"]
-            offset = where - data.xanchor[joint]
-            arm = max(arm, float(np.linalg.norm(np.cross(offset, data.xaxis[joint]))))
-    return 0.5 * side.hinge.yield_rad * arm
 
 
 def named(

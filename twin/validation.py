@@ -79,7 +79,7 @@ class Validation:
         shape_rms: RMS distance of the face corners from the goal, best rigid fit, mm.
         shape_rms_rel: the same over the diagonal of the goal's bounding box.
         max_vertex_error: largest such distance, mm.
-        touches: light touches of sagging faces, which hinges give way to elastically: no reason to refuse.
+        touches: light touches of sagging faces, which are no reason to refuse.
         missed_by_dynamics: contacts that the sweep saw and the dynamic run did not feel.
         energy_j: laser energy of the process, J.
         seconds: its time, s.
