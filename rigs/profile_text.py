@@ -62,10 +62,13 @@ def parse_profile(text: str, kind: type[T], mistakes: Callable[[T], Iterator[str
     """
     try:
         data = tomllib.loads(text)
+        wild = _not_finite(data, "$")
     except tomllib.TOMLDecodeError as error:
         raise ProfileError(f"{source}: not valid TOML: {error}") from error
-    if path := _not_finite(data, "$"):
-        raise ProfileError(f"{source}: {path}: must be a finite number")
+    except RecursionError as error:
+        raise ProfileError(f"{source}: nested too deeply to be a profile") from error
+    if wild:
+        raise ProfileError(f"{source}: {wild}: must be a finite number")
     try:
         profile = msgspec.convert(data, kind)
     except msgspec.ValidationError as error:

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import math
-import tomllib
-from importlib import resources
 from pathlib import Path
 from typing import Any, Literal
 
 import msgspec
 
-from rigs.errors import ProfileError, UnknownNameError
-from rigs.rig_checks import first_mistake
+from rigs.errors import ProfileError
+from rigs.profile_text import parse_profile, profile_names, profile_text
+from rigs.rig_checks import mistakes
 
 __all__ = [
     "Axes", "Clear", "Controller", "Grade", "Head", "Laser", "Pilot", "Rig", "RigName", "Rotary", "Safety",
@@ -300,8 +299,7 @@ class Rig(Profile, frozen=True, kw_only=True):
 
 def rig_names() -> tuple[str, ...]:
     """Names of the shipped rigs, sorted."""
-    folder = resources.files("rigs") / "profiles"
-    return tuple(sorted(p.name.removesuffix(".toml") for p in folder.iterdir() if p.name.endswith(".toml")))
+    return profile_names("profiles")
 
 
 def load_rig(name_or_path: str | Path) -> Rig:
@@ -314,23 +312,7 @@ def load_rig(name_or_path: str | Path) -> Rig:
         UnknownNameError: no shipped rig has the name.
         ProfileError: the file cannot be read or a value in it is wrong; the message names the place.
     """
-    text = str(name_or_path)
-    if isinstance(name_or_path, str) and text in (names := rig_names()):
-        return parse_rig(
-            (resources.files("rigs") / "profiles" / f"{text}.toml").read_text("utf-8"), f"rig {text}"
-        )
-    path = Path(name_or_path)
-    if isinstance(name_or_path, str) and path.suffix != ".toml" and path.name == text and not path.is_file():
-        raise UnknownNameError("rig", text, names)
-    try:
-        content = path.read_text("utf-8")
-    except UnicodeDecodeError as error:
-        raise ProfileError(
-            f"{path}: not UTF-8 text (byte {error.start}): save the profile as UTF-8"
-        ) from error
-    except OSError as error:
-        raise ProfileError(f"{path}: cannot read the rig profile: {error.strerror or error}") from error
-    return parse_rig(content, str(path))
+    return parse_rig(*profile_text("rig", "profiles", name_or_path))
 
 
 def parse_rig(text: str, source: str = "rig profile") -> Rig:
@@ -339,32 +321,4 @@ def parse_rig(text: str, source: str = "rig profile") -> Rig:
     Raises:
         ProfileError: with the path of the wrong value, such as ``$.laser.power_curve``.
     """
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ProfileError(f"{source}: not valid TOML: {error}") from error
-    if path := _not_finite(data, "$"):
-        raise ProfileError(f"{source}: {path}: must be a finite number")
-    try:
-        rig = msgspec.convert(data, Rig)
-    except msgspec.ValidationError as error:
-        raise ProfileError(f"{source}: {_place_first(str(error))}") from error
-    if mistake := first_mistake(rig):
-        raise ProfileError(f"{source}: {mistake}")
-    return rig
-
-
-def _place_first(message: str) -> str:
-    text, _, place = message.partition(" - at ")
-    return f"{place.strip('`') or '$'}: {text}"
-
-
-def _not_finite(value: object, path: str) -> str | None:
-    if isinstance(value, float):
-        return None if math.isfinite(value) else path
-    items: list[tuple[str, object]] = []
-    if isinstance(value, dict):
-        items = [(f"{path}.{key}", item) for key, item in value.items()]
-    elif isinstance(value, list):
-        items = [(f"{path}[{index}]", item) for index, item in enumerate(value)]
-    return next((found for place, item in items if (found := _not_finite(item, place))), None)
+    return parse_profile(text, Rig, mistakes, source)

@@ -10,12 +10,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rigs.rig import Rig
 
-__all__ = ["first_mistake", "mistakes"]
-
-
-def first_mistake(rig: Rig) -> str | None:
-    """The first mistake of a profile as ``$.place: what``, or None."""
-    return next(mistakes(rig), None)
+__all__ = ["mistakes"]
 
 
 def mistakes(rig: Rig) -> Iterator[str]:
@@ -103,6 +98,9 @@ def _controller(rig: Rig) -> Iterator[str]:
             f'$.controller.expect: "$30" (full scale of S) must be {rig.laser.power_curve[-1][0]:g}, '
             f"the end of laser.power_curve, got {controller.expect.get('$30', 'nothing')}"
         )
+    for name in ("baud", "rx_bytes", "line_chars"):
+        if getattr(controller, name) > 10_000_000:
+            yield f"$.controller.{name}: no controller has {getattr(controller, name):.3g}"
     if controller.rx_bytes < 64:
         yield f"$.controller.rx_bytes: a beam block needs at least 64 bytes, got {controller.rx_bytes}"
     if controller.line_chars < 40:
