@@ -51,8 +51,8 @@ def require_foldable(mesh: TriangleMesh, kerf: float) -> None:
     thin = np.flatnonzero(heights < 0.1 * kerf)
     if len(thin):
         raise mesh.error(
-            f"{counted(len(thin), 'face')} less than a tenth of the kerf high (smallest {heights[thin].min():.2g}), "
-            f"the first is {mesh.places(thin[:1])}",
+            f"{counted(len(thin), 'face')} less than a tenth of the kerf high "
+            f"(smallest {heights[thin].min():.2g}), the first is {mesh.places(thin[:1])}",
             "make the part larger (--size), or remesh it in a modelling program",
         )
     table = edge_table(mesh.faces)
@@ -60,15 +60,15 @@ def require_foldable(mesh: TriangleMesh, kerf: float) -> None:
     flat = np.flatnonzero(folds > STEEPEST_FOLD_RAD)
     if len(flat):
         raise mesh.error(
-            f"{counted(len(flat), 'edge')} folded by more than {np.degrees(STEEPEST_FOLD_RAD):.0f} degrees, the first "
-            f"between {_both(mesh, table.pairs[flat[0]])}",
+            f"{counted(len(flat), 'edge')} folded by more than {np.degrees(STEEPEST_FOLD_RAD):.0f} degrees, "
+            f"the first between {_both(mesh, table.pairs[flat[0]])}",
             "a laser cannot form a hem: open the fold or take one of the layers out",
         )
     pairs = intersecting_pairs(mesh.vertices, mesh.faces)
     if len(pairs):
         raise mesh.error(
-            f"the surface passes through or lies on itself at {counted(len(pairs), 'pair')} of faces, the first "
-            f"{_both(mesh, pairs[0])}",
+            f"the surface passes through or lies on itself at {counted(len(pairs), 'pair')} of faces, "
+            f"the first {_both(mesh, pairs[0])}",
             "a sheet cannot do that: separate the parts in a modelling program",
         )
 
@@ -108,14 +108,14 @@ def _require_discs(mesh: TriangleMesh, table: EdgeTable) -> None:
         at_two = corner_of[two][mesh.faces[two] == end[:, None]]
         links.append(np.column_stack([at_one, at_two]))
     label = components(3 * len(mesh.faces), np.concatenate(links))
-    fans = np.unique(np.column_stack([mesh.faces.ravel(), label]), axis=0)
-    split = np.flatnonzero(np.bincount(fans[:, 0]) > 1)
+    fans = np.unique(label, return_index=True)[1]  # one corner of every fan of faces around a vertex
+    split = np.flatnonzero(np.bincount(mesh.faces.ravel()[fans]) > 1)
     if len(split):
         where = ", ".join(f"{c:g}" for c in mesh.vertices[split[0]])
         faces = np.flatnonzero((mesh.faces == split[0]).any(axis=1))
         raise mesh.error(
-            f"faces touch in {counted(len(split), 'vertex', 'vertices')} without a common edge, the first at ({where}) between "
-            f"{mesh.places(faces)}",
+            f"faces touch in {counted(len(split), 'vertex', 'vertices')} without a common edge, "
+            f"the first at ({where}) between {mesh.places(faces)}",
             "join the parts along an edge or separate them",
         )
 

@@ -64,7 +64,7 @@ def _close_boxes(corners: NDArray[np.float64], near: float, axis: int) -> list[N
             ends[begin:stop] - width[begin:stop] - done, width[begin:stop]
         )
         one, two = order[rows], order[rows + 1 + offset]
-        close = np.ones(len(one), dtype=np.bool_)
+        close: NDArray[np.bool_] = np.ones(len(one), dtype=np.bool_)
         for k in range(3):
             if k != axis:
                 close &= (low[one, k] <= high[two, k]) & (low[two, k] <= high[one, k])
@@ -123,7 +123,7 @@ def _plane_heights(
 
 def _both_sides(heights: NDArray[np.float64]) -> NDArray[np.bool_]:
     """(n,) some corner is above and some corner is below."""
-    sides: NDArray[np.bool_] = (heights > 0.0).any(axis=1) & (heights < 0.0).any(axis=1)
+    sides: NDArray[np.bool_] = (heights.max(axis=1) > 0.0) & (heights.min(axis=1) < 0.0)
     return sides
 
 

@@ -11,10 +11,11 @@ from planner.raw_mesh import MOST_FACES, RawMesh, file_error
 __all__ = ["read_obj"]
 
 _EXPORT_AGAIN = "export the mesh again"
-_PASSED_OVER = frozenset(
-    "vt vn vp l p o g s mg mtllib usemtl usemap maplib lod bevel c_interp d_interp"
-    " shadow_obj trace_obj cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con ctech stech call csh".split()  # noqa: SIM905 -- a table of words reads better so
-)
+_PASSED_OVER = frozenset({
+    "vt", "vn", "vp", "l", "p", "o", "g", "s", "mg", "mtllib", "usemtl", "usemap", "maplib", "lod", "bevel",
+    "c_interp", "d_interp", "shadow_obj", "trace_obj", "cstype", "deg", "bmat", "step", "curv", "curv2",
+    "surf", "parm", "trim", "hole", "scrv", "sp", "end", "con", "ctech", "stech", "call", "csh",
+})  # fmt: skip
 
 
 def read_obj(data: bytes, source: str) -> RawMesh:

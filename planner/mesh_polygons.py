@@ -38,7 +38,8 @@ def triangulate(raw: RawMesh) -> TriangleMesh:
         sizes = sizes - np.bincount(owner[middle], minlength=len(sizes))
         corners = corners[~middle]
         notices.append(
-            f"removed {counted(gone, 'vertex', 'vertices')} in the middle of straight edges between two polygons"
+            f"removed {counted(gone, 'vertex', 'vertices')} in the middle of straight edges "
+            "between two polygons"
         )
     ends = np.cumsum(sizes)
     triangles: list[NDArray[np.int64]] = []
@@ -86,7 +87,9 @@ def triangulate(raw: RawMesh) -> TriangleMesh:
             f"{counted(len(bent), 'polygon')} not flat (first: {raw.place(bent[0])}): "
             "folds along the diagonals that were chosen"
         )
-    faces = np.concatenate([np.zeros((0, 3), dtype=np.int64), *triangles])
+    if not triangles:
+        raise file_error(raw.source, "no face has three different corners", "export the mesh again")
+    faces = np.concatenate(triangles)
     return TriangleMesh(raw.vertices, faces, np.array(origin, dtype=np.int64), raw, tuple(notices))
 
 

@@ -107,9 +107,9 @@ def _join_vertices(mesh: TriangleMesh, near: float) -> TriangleMesh:
     if len(close):
         merged = _relabelled(components(len(points), close))
         faces = merged[faces]
+        moved = int((merged != np.arange(len(merged))).sum())
         notices.append(
-            f"joined {counted(int((merged != np.arange(len(merged))).sum()), 'vertex', 'vertices')} that lay within "
-            f"{near:.2g} of others on open edges"
+            f"joined {counted(moved, 'vertex', 'vertices')} within {near:.2g} of others on open edges"
         )
     if not joined and not len(close):
         return mesh

@@ -123,9 +123,8 @@ def kerf_notices(mesh: TriangleMesh, limits: MachineLimits) -> tuple[str, ...]:
     short = int((lengths < limits.kerf).sum())
     low = int((face_heights(mesh.vertices, mesh.faces) < limits.kerf).sum())
     if short or low:
-        return (
-            f"{counted(short, 'edge')} and {counted(low, 'face')} smaller than the kerf of {limits.kerf:g} mm",
-        )
+        both = f"{counted(short, 'edge')} and {counted(low, 'face')}"
+        return (f"{both} smaller than the kerf of {limits.kerf:g} mm",)
     return ()
 
 
