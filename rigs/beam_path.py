@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -11,7 +12,7 @@ from rigs.job import MachinePoint
 from rigs.motion_time import line_seconds, line_time_at
 from rigs.rig import Rig
 
-__all__ = ["Stroke", "largest_speed", "machine_path", "plan_stroke"]
+__all__ = ["Stroke", "between_strokes_s", "largest_speed", "machine_path", "plan_strokes"]
 
 RUN_IN_RESERVE = 1.05
 """Run-in and run-out are this much longer than acceleration needs."""
@@ -87,18 +88,21 @@ def machine_path(rig: Rig, points: tuple[Point, ...], rotary_rad: float) -> tupl
 
 
 def largest_speed(rig: Rig, start: Point, end: Point, rotary_rad: float) -> float:
-    """Fastest speed along a line of the sheet, mm/s, that all axes keep up with."""
-    a, b = machine_path(rig, (start, end), rotary_rad)
+    """Fastest speed along a line of the sheet, mm/s, with the focus held while the beam is on."""
+    (ax, ay), (bx, by) = start, end
+    a, b = (ax, ay * math.cos(rotary_rad), 0.0), (bx, by * math.cos(rotary_rad), 0.0)
     head, along = math.dist(a, b), math.dist(start, end)
     return _within(rig.axes.max_mm_s, a, b) * (along / head if head > _TINY else 1.0)
 
 
-def plan_stroke(
+def plan_strokes(
     rig: Rig, start: Point, end: Point, rotary_rad: float, speed_mm_s: float, *, digits: int = 3
-) -> Stroke:
-    """A stroke with run-in and run-out, so that the head is at speed while the beam is on.
+) -> tuple[Stroke, ...]:
+    """The strokes of one pass along a crease, each with a run-in and run-out for acceleration.
 
-    The run-in is as long as the acceleration needs, less where the axes end.
+    One stroke does where the crease stays within the depth of focus, or the focus axis keeps up with the
+    metal. Else the crease is lit in parts, each with the focus held at its mean height. The run-in is as long
+    as the acceleration needs, less where the axes end.
 
     Args:
         rig: the machine.
@@ -109,12 +113,44 @@ def plan_stroke(
         digits: decimals of the coordinates.
 
     Raises:
-        JobError: if the line is out of focus, leaves the travel of the axes or has no length.
+        JobError: if the line is out of focus or has no length.
     """
     a, b = machine_path(rig, (start, end), rotary_rad)
-    head, along = math.dist(a, b), math.dist(start, end)
+    followed = _stroke(rig, a, b, math.dist(start, end), speed_mm_s, digits)
+    if a[2] == b[2] or followed.head_mm_s <= _within(rig.axes.max_mm_s, a, b):
+        return (followed,)
+    count = math.ceil(abs(b[2] - a[2]) / rig.head.depth_of_focus_mm)
+    marks = [
+        (start[0] + (end[0] - start[0]) * k / count, start[1] + (end[1] - start[1]) * k / count)
+        for k in range(count + 1)
+    ]
+    strokes = []
+    for p, q in itertools.pairwise(marks):
+        a, b = machine_path(rig, (p, q), rotary_rad)
+        strokes.append(_stroke(rig, a, b, math.dist(p, q), speed_mm_s, digits))
+    return tuple(strokes)
+
+
+def between_strokes_s(rig: Rig, strokes: tuple[Stroke, ...]) -> float:
+    """Dark time that the head needs between the strokes of one pass, s."""
+    return sum(
+        line_seconds(
+            math.dist(p.run_out, q.run_in),
+            _within(rig.axes.max_mm_s, p.run_out, q.run_in),
+            _within(rig.axes.accel_mm_s2, p.run_out, q.run_in),
+        )
+        for p, q in itertools.pairwise(strokes)
+    )
+
+
+def _stroke(
+    rig: Rig, a: MachinePoint, b: MachinePoint, along: float, speed_mm_s: float, digits: int
+) -> Stroke:
+    head = math.dist(a, b)
     if head < 1e-3:
-        raise JobError(f"the crease from {start} to {end} has no length for the head of rig {rig.name}")
+        raise JobError(
+            f"a crease of {along:.3g} mm has no length for the head of rig {rig.name}: coarsen the goal"
+        )
     head_speed = speed_mm_s * head / along
     accel = _within(rig.axes.accel_mm_s2, a, b)
     wanted = RUN_IN_RESERVE * head_speed**2 / (2.0 * accel)

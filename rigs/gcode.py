@@ -126,7 +126,7 @@ def _title(job: Job) -> tuple[str, ...]:
             _comment(f"{name} {value[:32]}", job.style.line_chars)
             for name, value in sorted(job.hashes.items())
         ),
-        _comment(f"{len(job.blocks)} blocks, {job.passes} passes, about {job.seconds:.0f} s"),
+        _comment(f"{len(job.blocks)} blocks, {job.strokes} strokes, about {job.seconds:.0f} s"),
         _comment("laser mode $32=1 is needed: without it the beam stays on at rest"),
     )
 

@@ -14,7 +14,16 @@ MachinePoint = tuple[float, float, float]
 """G54 coordinates of a rig in mm: x, y and the height z of the focus."""
 
 BlockKind = Literal["goto", "rotate", "pass", "cut", "wait", "ask"]
-"""``goto`` moves the head, ``rotate`` the rotary, both dark. ``pass`` is one laser stroke along a crease,
+"""``goto`` moves the head, ``rotate`` the rotary, both dark. ``pass`` is one laser stroke along a crease or a
+part of it, ``cut`` a piece of a cut. ``wait`` lets the part cool, ``ask`` needs a person."""
+
+BEAM_KINDS", "Block", "BlockKind", "GcodeStyle", "Job", "MachinePoint"]
+
+MachinePoint = tuple[float, float, float]
+"""G54 coordinates of a rig in mm: x, y and the height z of the focus."""
+
+BlockKind = Literal["goto", "rotate", "pass", "cut", "wait", "ask"]
+"""``goto`` moves the head, ``rotate`` the rotary, both dark. ``pass`` is one laser stroke along a crease or a part of it,
 ``cut`` a piece of a cut. ``wait`` lets the part cool, ``ask`` needs a person."""
 
 BEAM_KINDS: tuple[BlockKind, ...] = ("pass", "cut")
@@ -129,8 +138,8 @@ class Job:
         return sum(b.energy_j for b in self.blocks)
 
     @cached_property
-    def passes(self) -> int:
-        """Number of fold passes."""
+    def strokes(self) -> int:
+        """Number of laser strokes along creases: a pass is one, or several where the focus must be reset."""
         return sum(b.kind == "pass" for b in self.blocks)
 
     @cached_property

@@ -5,11 +5,12 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from planner.fold_plan import Cut, Fold, FoldPlan, Polyline, Release, Rotate, Wait
-from rigs.beam_path import Stroke, machine_path, plan_stroke
+from rigs.beam_path import Stroke, machine_path, plan_strokes
 from rigs.errors import JobError
 from rigs.gcode import SYNC_S
 from rigs.job import Block, BlockKind, GcodeStyle, Job, MachinePoint
@@ -166,32 +167,27 @@ class _Builder:
         start, end = self.plan.net.hinge(self.plan.net.child_of[step.crease])
         a, b = (float(start[0]), float(start[1])), (float(end[0]), float(end[1]))
         self.checks.finite(where, *a, *b, made.power_w, made.speed_mm_s, *made.waits_s)
-        stroke = plan_stroke(self.rig, a, b, self.rotary, made.speed_mm_s, digits=DIGITS)
+        strokes = plan_strokes(self.rig, a, b, self.rotary, made.speed_mm_s, digits=DIGITS)
         power, s_word = self.checks.power(made.power_w, where)
-        self._check_stroke(stroke, where)
-        there = (stroke.run_in, stroke.start, stroke.end, stroke.run_out)
-        if math.dist(self.place, stroke.run_in) > math.dist(self.place, stroke.run_out):
-            there = there[::-1]
-        back = there[::-1]
-        self.goto(number, there[0])
-        speed = self._feed(stroke.head_mm_s)
-        seconds, beam = round(stroke.seconds, 6), round(stroke.beam_s, 6)
-        if beam > self.rig.laser.max_beam_s:
-            raise JobError(
-                f"{where}: one pass lights the beam for {beam:.2f} s, rig {self.rig.name} allows "
-                f"{self.rig.laser.max_beam_s:g} s in flight: fold faster or shorten the crease"
-            )
+        for stroke in strokes:
+            self._check_stroke(stroke, where)
+        if math.dist(self.place, strokes[0].run_in) > math.dist(self.place, strokes[-1].run_out):
+            strokes = _reversed(strokes)
+        back = _reversed(strokes)
         for index, wait in enumerate(made.waits_s):
-            way = there if index % 2 == 0 else back
-            pause = round(max(wait, SYNC_S), DIGITS)
-            self.blocks.append(
-                Block(
-                    "pass", number, way[0], (way[1], way[2]), way[3], self.rotary, crease=step.crease,
-                    power_w=power, s_word=s_word, speed_mm_s=speed, wait_s=pause, beam_s=beam,
-                    seconds=seconds + pause,
-                )
-            )  # fmt: skip
-            self.place = way[3]
+            way = strokes if index % 2 == 0 else back
+            for stroke in way:
+                self.goto(number, stroke.run_in)
+                pause = round(max(wait, SYNC_S), DIGITS) if stroke is way[-1] else SYNC_S
+                self.blocks.append(
+                    Block(
+                        "pass", number, stroke.run_in, (stroke.start, stroke.end), stroke.run_out,
+                        self.rotary, crease=step.crease, power_w=power, s_word=s_word,
+                        speed_mm_s=_feed(stroke.head_mm_s), wait_s=pause, beam_s=round(stroke.beam_s, 6),
+                        seconds=round(stroke.seconds + pause, 6),
+                    )
+                )  # fmt: skip
+                self.place = stroke.run_out
 
     def cut(self, number: int, paths: tuple[Polyline, ...], why: str) -> None:
         """Cut along polylines, in pieces of bounded beam time that fit the receive buffer."""
@@ -219,7 +215,7 @@ class _Builder:
         self, number: int, points: list[MachinePoint], made: CutProcess, where: str, why: str
     ) -> None:
         power, s_word = self.checks.power(made.power_w, where)
-        speed = self._feed(made.speed_mm_s)
+        speed = _feed(made.speed_mm_s)
         accel = np.array(self.rig.axes.accel_mm_s2)
         self.goto(number, points[0])
         for piece in self._pieces(points, speed):
@@ -271,13 +267,25 @@ class _Builder:
         for point in (stroke.run_in, stroke.start, stroke.end, stroke.run_out):
             self.checks.inside(point, where)
         self.checks.move(stroke.start, stroke.end, stroke.head_mm_s, where)
-
-    @staticmethod
-    def _feed(speed_mm_s: float) -> float:
-        """Speed as the F word will carry it: tenths of mm/min."""
-        return round(60.0 * speed_mm_s, 1) / 60.0
+        if stroke.beam_s > self.rig.laser.max_beam_s:
+            raise JobError(
+                f"{where}: one pass lights the beam for {stroke.beam_s:.2f} s, rig {self.rig.name} allows "
+                f"{self.rig.laser.max_beam_s:g} s in flight: fold faster or shorten the crease"
+            )
 
 
 def _rounded(point: tuple[float, ...]) -> MachinePoint:
     x, y, z = (round(c, DIGITS) + 0.0 for c in point)
     return x, y, z
+
+
+def _reversed(strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
+    """The same strokes from the other end."""
+    return tuple(
+        replace(s, run_in=s.run_out, start=s.end, end=s.start, run_out=s.run_in) for s in reversed(strokes)
+    )
+
+
+def _feed(speed_mm_s: float) -> float:
+    """Speed as the F word will carry it: tenths of mm/min."""
+    return round(60.0 * speed_mm_s, 1) / 60.0

@@ -53,7 +53,7 @@ def write_job(job: Job, path: Path) -> None:
         "gcode_sha256": hashlib.sha256(program.text.encode("ascii")).hexdigest(),
         "totals": {
             "blocks": len(job.blocks),
-            "passes": job.passes,
+            "strokes": job.strokes,
             "seconds": round(job.seconds, 3),
             "beam_s": round(job.beam_s, 3),
             "energy_j": round(job.energy_j, 3),

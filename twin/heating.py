@@ -78,8 +78,8 @@ class PassTable:
     half_passes: NDArray[np.float64]
     regime: NDArray[np.int64]
 
-    def at(self, index: int) -> PassTable:
-        """One setting alone, as arrays without dimensions."""
+    def at(self, index: int | NDArray[np.int64]) -> PassTable:
+        """Some settings, counted along the last axis first; one alone gives arrays without dimensions."""
         rows = {f.name: np.asarray(getattr(self, f.name).flat[index]) for f in fields(self)}
         return PassTable(**rows)
 
@@ -159,10 +159,12 @@ def fold_passes(
     metal = HotMetal.reference(material)
     absorbed = absorptivity * power
     top, bottom = peak_temperatures(material, absorbed, v, h, wx, wy, start_c)
-    per_watt = absorptivity * peak_rise_per_watt(
-        speed=v, thickness=h, along=wx, across=wy, diffusivity=metal.diffusivity,
+    speeds, inverse = np.unique(v, return_inverse=True)
+    rises, _ = peak_rise_per_watt(
+        speed=speeds, thickness=h, along=wx, across=wy, diffusivity=metal.diffusivity,
         heat_capacity=metal.heat_capacity,
-    )[0]  # fmt: skip
+    )  # fmt: skip
+    per_watt = absorptivity * rises[inverse.reshape(v.shape)]
     cold = HotMetal.at(material, 20.0)
     yield_rise = (
         1e6 * material.yield_mpa_at(start_c) * (1.0 - material.poisson) / (cold.young * cold.expansion)

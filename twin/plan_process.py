@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 
 from planner.fold_plan import Cut, Fold, FoldPlan, Point, Polyline, Release, Rotate, Wait
-from rigs.beam_path import largest_speed, plan_stroke
+from rigs.beam_path import between_strokes_s, largest_speed, plan_strokes
 from rigs.material import Material
 from rigs.motion_time import line_seconds
 from rigs.process import CutProcess, FoldProcess, Process
@@ -151,8 +151,9 @@ class _Maker:
         across, along = self._footprint(line, abs(cosine))
         table = self._table(line, rotary, across, along)
         chain = table.best(abs(turn), line.length, self.objective)
-        stroke = plan_stroke(self.rig, line.start, line.end, rotary, chain.speed_mm_s)
-        schedule = chain.schedule(abs(turn), stroke.seconds, done)
+        strokes = plan_strokes(self.rig, line.start, line.end, rotary, chain.speed_mm_s)
+        pass_s = sum(s.seconds for s in strokes) + between_strokes_s(self.rig, strokes)
+        schedule = chain.schedule(abs(turn), pass_s, done)
         sign = 1.0 if turn >= 0.0 else -1.0
         if schedule.short:
             flags.append("some folds are smaller than one safe pass: they end up to half a pass off")
@@ -174,8 +175,8 @@ class _Maker:
             peak_bottom_c=chain.peak_bottom_c,
             regime=chain.regime,
             energy_j=len(schedule.increments_rad) * schedule.power_w * line.length / chain.speed_mm_s,
-            beam_s=len(schedule.increments_rad) * stroke.beam_s,
-            seconds=len(schedule.increments_rad) * stroke.seconds + math.fsum(schedule.waits_s),
+            beam_s=len(schedule.increments_rad) * sum(s.beam_s for s in strokes),
+            seconds=len(schedule.increments_rad) * pass_s + math.fsum(schedule.waits_s),
             flags=(*flags, *chain.flags),
         )
 

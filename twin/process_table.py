@@ -40,8 +40,8 @@ DESIGN_FOURIER = 1.0
 THRESHOLD_RESERVE = 3.0
 """Least power over that of first yield: nearer to it, the angle hangs on the yield stress."""
 
-_SPEED_STEPS, _SPEED_RATIO = 22, 1.2
-_POWER_STEPS, _POWER_RATIO = 48, 1.06
+_SPEED_STEPS, _SPEED_RATIO = 28, 1.15
+_POWER_STEPS, _POWER_RATIO = 12, 1.08
 
 
 @dataclass(frozen=True)
@@ -204,14 +204,15 @@ class SettingTable:
 
     def __init__(self, conditions: Conditions) -> None:
         self.conditions = conditions
-        power = conditions.largest_w * _POWER_RATIO ** -np.arange(_POWER_STEPS)
-        speed = conditions.largest_mm_s * _SPEED_RATIO ** -np.arange(_SPEED_STEPS)
-        grid = np.meshgrid(power, speed)
-        self.table = fold_passes(
-            conditions.material, conditions.thickness_mm, grid[0].ravel(), grid[1].ravel(),
-            across_mm=conditions.across_mm, along_mm=conditions.along_mm,
-            absorptivity=conditions.absorptivity,
-        )  # fmt: skip
+        speeds = conditions.largest_mm_s * _SPEED_RATIO ** -np.arange(_SPEED_STEPS)
+        coarse = conditions.largest_w * 1.06 ** -np.arange(64.0)[::-1]
+        limit = DESIGN_PEAK_SHARE * conditions.material.constants.solidus_c
+        peaks = self._passes(*np.meshgrid(coarse, speeds)).peak_top_c
+        # The hottest allowed power of every speed, and weaker ones.
+        hottest = [float(np.interp(limit, row, coarse)) for row in peaks]
+        power = 0.995 * np.array(hottest)[:, None] * _POWER_RATIO ** -np.arange(_POWER_STEPS)
+        table = self._passes(power, np.broadcast_to(speeds[:, None], power.shape))
+        self.table = table.at(np.arange(power.size))
         self._usable = self._valid()
         self._chains: dict[int, Chain] = {}
 
@@ -234,6 +235,13 @@ class SettingTable:
         if index not in self._chains:
             self._chains[index] = Chain(where, table, index)
         return self._chains[index]
+
+    def _passes(self, power: NDArray[np.float64], speed: NDArray[np.float64]) -> PassTable:
+        where = self.conditions
+        return fold_passes(
+            where.material, where.thickness_mm, power, speed, across_mm=where.across_mm,
+            along_mm=where.along_mm, absorptivity=where.absorptivity,
+        )  # fmt: skip
 
     def _valid(self) -> NDArray[np.int64]:
         """Settings that may be used."""
