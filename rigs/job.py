@@ -17,15 +17,6 @@ BlockKind = Literal["goto", "rotate", "pass", "cut", "wait", "ask"]
 """``goto`` moves the head, ``rotate`` the rotary, both dark. ``pass`` is one laser stroke along a crease or a
 part of it, ``cut`` a piece of a cut. ``wait`` lets the part cool, ``ask`` needs a person."""
 
-BEAM_KINDS", "Block", "BlockKind", "GcodeStyle", "Job", "MachinePoint"]
-
-MachinePoint = tuple[float, float, float]
-"""G54 coordinates of a rig in mm: x, y and the height z of the focus."""
-
-BlockKind = Literal["goto", "rotate", "pass", "cut", "wait", "ask"]
-"""``goto`` moves the head, ``rotate`` the rotary, both dark. ``pass`` is one laser stroke along a crease or a part of it,
-``cut`` a piece of a cut. ``wait`` lets the part cool, ``ask`` needs a person."""
-
 BEAM_KINDS: tuple[BlockKind, ...] = ("pass", "cut")
 """Kinds of blocks that light the beam."""
 
