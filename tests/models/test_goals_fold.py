@@ -1,0 +1,36 @@
+"""The shipped goal shapes go through the planner."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from models.goals import goal_names, goal_path
+from planner.fold_plan import MachineLimits
+from planner.make_net import make_net
+from planner.overlap import overlapping_faces
+from planner.plan_folds import plan_folds
+from planner.read_goal import read_goal
+from tests.models.test_goals import load
+
+
+@pytest.mark.parametrize("name", goal_names())
+def test_shape_is_read_as_it_is(name):
+    goal = read_goal(goal_path(name))
+    mesh = load(name)
+    assert goal.notices == ()
+    assert goal.faces.tolist() == mesh.faces.tolist()
+    assert np.abs(goal.vertices - mesh.vertices).max() < 1e-12
+
+
+@pytest.mark.parametrize("name", goal_names())
+def test_shape_has_a_net_without_overlap(name):
+    net = make_net(read_goal(goal_path(name)))
+    assert overlapping_faces(net) == []
+    assert net.certificate.faces_left_out == 0
+
+
+@pytest.mark.parametrize("name", ["bracket", "crown", "flower", "star"])
+def test_small_shape_folds_almost_whole(name):
+    plan = plan_folds(make_net(read_goal(goal_path(name))), MachineLimits(), seed=0)
+    assert plan.metrics.fold_completion >= 0.95
