@@ -16,6 +16,7 @@ from rigs.rig import Rig
 __all__ = ["Controller", "Identity"]
 
 _HELLO_S = 5.0
+_QUIET_S = 0.05
 _HOMING_S = 180.0
 _IDLE_S = 2.0
 
@@ -80,6 +81,8 @@ class Controller:
             while (left := until - time.monotonic()) > 0.0:
                 line = self.link.read_line(left)
                 if line is not None and self._note(read_answer(line)) == "status" and self.status:
+                    while self.link.read_line(_QUIET_S) is not None:
+                        pass  # greetings, and answers to nothing that was asked
                     return self.status
         raise MachineError(
             f"{self.link.url}: nothing answers '?' within {_HELLO_S:g} s: switched on, right port, "
