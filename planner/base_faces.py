@@ -1,4 +1,4 @@
-"""Which face stays where it is: bases ranked by how their blooming trees lie and how well they can be held."""
+"""Which face stays where it is: bases ranked by their blooming trees and by how well they can be held."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ def rank_bases(
 ) -> list[BaseRank]:
     """Base faces in order of promise, one for each flat panel.
 
-    The score is ``overlaps / F + 2 depth / sqrt(F) - log2(1 + panel area share * F) / 4 - min(1, edge / 10 mm) / 4``
-    with F faces: few overlaps, few folds in a row, a large panel, a long side for the tabs.
+    The score is ``overlaps / F + 2 depth / sqrt(F) - log2(1 + panel area share * F) / 4 - min(1, edge / 10
+    mm) / 4`` with F faces: few overlaps, few folds in a row, a large panel, a long side for the tabs.
 
     Args:
         goal: the goal, or its dual graph.
@@ -73,7 +73,7 @@ def rank_bases(
     ranked = []
     for face in candidates.tolist():
         overlaps, depth, tree = min((*_figures(grower, face, name), name) for name in BLOOMING_TREES)
-        outline = base_outline(graph, face)
+        outline = base_outline(graph, graph.panel == graph.panel[face])
         longest = float(graph.side_length[outline[:, 0], outline[:, 1]].max())
         own = float(panel_area[graph.panel[face]])
         share = own / float(area.sum())

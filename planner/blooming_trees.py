@@ -96,7 +96,7 @@ class TreeGrower:
     def grow(
         self, rank: NDArray[np.int64], cost: NDArray[np.float64], base: int, *, adding: bool
     ) -> NDArray[np.bool_]:
-        """(M,) Prim's tree from ``base``: lowest rank, then lowest cost (``adding``: of the whole way), then tie.
+        """(M,) Prim's tree from ``base``: lowest rank, then cost (``adding``: of the whole way), then tie.
 
         Raises:
             NetError: if the goal is not one piece.
@@ -104,7 +104,7 @@ class TreeGrower:
         count = grow_tree(self.arrays, rank, np.ascontiguousarray(cost), self._tie, int(base), adding)
         if count != len(self.graph.goal.faces) - 1:
             raise NetError(
-                f"{self.graph.goal.name}: the faces are not one piece ({self.graph.pieces} pieces joined by edges); "
+                f"{self.graph.goal.name}: the faces are not one piece but {self.graph.pieces}; "
                 "fold each piece by itself"
             )
         tree: NDArray[np.bool_] = self.arrays.edge[:, TREE] != 0
@@ -114,13 +114,15 @@ class TreeGrower:
 def blooming_tree(graph: DualGraph, base: int, name: TreeName = "steepest") -> NDArray[np.bool_]:
     """Spanning tree of the faces that unfolds the goal away from ``base``.
 
-    - ``steepest``: every vertex but the one farthest along -n (n the normal of the base face) cuts the edge that
-      points most directly along -n, so the cuts run away from the base. What the cuts leave is spanned from the base
-      with the fewest folds, longer creases first. Source: Schlickenrieder, Nets of Polyhedra (1997).
+    - ``steepest``: every vertex but the one farthest along -n (n the normal of the base face) cuts the edge
+      that points most directly along -n, so the cuts run away from the base. What the cuts leave is spanned
+      from the base with the fewest folds, longer creases first. Source: Schlickenrieder, Nets of Polyhedra
+      (1997).
     - ``dijkstra``: shortest paths from the base over face centres and edge middles (source unfolding).
     - ``bfs``: fewest folds from the base, longer creases first.
 
-    Flat joints come first in every tree: panels stay whole. Ties: longer edge, then lower vertex or edge number.
+    Flat joints come first in every tree: panels stay whole. Ties: longer edge, then lower vertex or edge
+    number.
 
     Args:
         graph: the dual graph of the goal.

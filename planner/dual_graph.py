@@ -71,8 +71,8 @@ class DualGraph:
             bad = same[1:][np.diff(same) == 1] if np.any(np.diff(same) == 1) else same[wrong]
             edge = order[bad[0]]
             raise NetError(
-                f"{goal.name}: the edge between vertices {low[edge]} and {high[edge]} (face {edge // 3}) is not "
-                "shared by at most two faces of consistent winding; read the mesh with read_goal, which repairs it"
+                f"{goal.name}: the edge between vertices {low[edge]} and {high[edge]} (face {edge // 3}) has "
+                "more than two faces, or two wound against each other; read the mesh with read_goal"
             )
         faces = np.stack([first // 3, second // 3], axis=1)
         slots = np.stack([first % 3, second % 3], axis=1)
@@ -167,6 +167,17 @@ class DualGraph:
                 parent[one] = other
                 chosen[edge] = True
         return frozen_array(chosen, np.bool_, (None,))
+
+    @cached_property
+    def has_rings(self) -> bool:
+        """True if some flat panel has a hole: its Euler characteristic is less than 1."""
+        for panel in np.flatnonzero(np.bincount(self.panel) > 2).tolist():
+            members = np.flatnonzero(self.panel == panel)
+            corners = self.goal.faces[members]
+            inner = np.count_nonzero(self.flat & (self.panel[self.faces[:, 0]] == panel))
+            if len(np.unique(corners)) - (3 * len(members) - inner) + len(members) < 1:
+                return True
+        return False
 
     @cached_property
     def pieces(self) -> int:

@@ -19,7 +19,7 @@ from planner.overlap import overlapping_triangles
 __all__ = ["LEAST_TAB_EDGE_MM", "FlatLayout"]
 
 LEAST_TAB_EDGE_MM = 2.0
-"""The base panel keeps a free edge at least this long (or as long as its longest side), so that a tab can hold it."""
+"""The base panel keeps a free side at least this long (or its longest side), so that a tab can hold it."""
 
 UNDO_DEPTH = 64
 """How many exchanges can be taken back."""
@@ -28,10 +28,10 @@ UNDO_DEPTH = 64
 class FlatLayout:
     """A spanning tree of a dual graph, rooted at a base face and laid flat.
 
-    ``exchange`` replaces one crease by another by moving the smaller part rigidly, and does so only if nothing
-    overlaps afterwards and the base panel still has a free edge for a tab (with room beside it, if there was room
-    before). Flat joints are never cut. The pose of the whole net in the plane is arbitrary and changes with
-    exchanges; ``to_net`` lays it out afresh from the base.
+    ``exchange`` replaces one crease by another by moving the smaller part rigidly, and does so only if
+    nothing overlaps afterwards and the base panel still has a free edge for a tab (with room beside it, if
+    there was room before). Flat joints are never cut. The pose of the whole net in the plane is arbitrary
+    and changes with exchanges; ``to_net`` lays it out afresh from the base.
     """
 
     def __init__(
@@ -71,32 +71,33 @@ class FlatLayout:
     @property
     def tree(self) -> NDArray[np.bool_]:
         """(M,) True for the edges of the tree, a copy."""
-        return self.arrays.edge[:, kernels.TREE] != 0
+        mask: NDArray[np.bool_] = self.arrays.edge[:, kernels.TREE] != 0
+        return mask
 
     @property
     def parent(self) -> NDArray[np.int64]:
         """(F,) parent face, -1 for the base; a view that exchanges change."""
-        return self.arrays.node[kernels.PARENT]
+        return self._row(kernels.PARENT)
 
     @property
     def slot(self) -> NDArray[np.int64]:
         """(F,) side of the face (corner k to k + 1) that lies on its crease, -1 for the base; a view."""
-        return self.arrays.node[kernels.SLOT]
+        return self._row(kernels.SLOT)
 
     @property
     def crease(self) -> NDArray[np.int64]:
         """(F,) interior edge of the dual graph that joins a face to its parent, -1 for the base; a view."""
-        return self.arrays.node[kernels.CREASE]
+        return self._row(kernels.CREASE)
 
     @property
     def depth(self) -> NDArray[np.int64]:
         """(F,) folds between a face and the base (flat joints do not count); a view."""
-        return self.arrays.node[kernels.DEPTH]
+        return self._row(kernels.DEPTH)
 
     @property
     def order(self) -> NDArray[np.int64]:
         """(F,) faces, every parent before its children; a view."""
-        return self.arrays.node[kernels.ORDER]
+        return self._row(kernels.ORDER)
 
     @property
     def corners(self) -> NDArray[np.float64]:
@@ -153,7 +154,7 @@ class FlatLayout:
         return bool(nb_kernels.clear_tabs(self.arrays, self._outline, 1, self.arrays.entry, 0))
 
     def keeps_hold(self, cut_edge: int, join_edge: int) -> bool:
-        """False if replacing ``cut_edge`` by ``join_edge`` would take the last free side of the base panel."""
+        """False if replacing ``cut_edge`` by ``join_edge`` would take the base panel's last free side."""
         edge = self.arrays.edge
         return (
             not edge[join_edge, kernels.OUTLINE]
@@ -166,9 +167,9 @@ class FlatLayout:
     def exchange(self, cut_edge: int, join_edge: int) -> bool:
         """Replace crease ``cut_edge`` by ``join_edge`` if the result is overlap-free and can be held.
 
-        Returns False, and changes nothing, if the moved part would overlap the rest, ``join_edge`` does not join
-        the two parts, ``cut_edge`` is a flat joint, or the base panel would lose its free edge or the room for a
-        tab that it has.
+        Returns False, and changes nothing, if the moved part would overlap the rest, ``join_edge`` does not
+        join the two parts, ``cut_edge`` is a flat joint, or the base panel would lose its free edge or the
+        room for a tab that it has.
 
         Raises:
             NetError: if ``cut_edge`` is not in the tree or ``join_edge`` is.
@@ -188,6 +189,8 @@ class FlatLayout:
         kernels.swap(arrays, cut, join)
         members = np.flatnonzero((arrays.real[:-1, kernels.POSE : kernels.POSE + 4] != before).any(axis=1))
         self._history.append((cut, join, members, before[members]))
+        if self.graph.flat[join]:
+            self._find_outline()
         if self._roomy and not self.tab_has_room():
             self.undo()
             return False
@@ -206,6 +209,8 @@ class FlatLayout:
         cut, join, members, poses = self._history.pop()
         self.arrays.edge[cut, kernels.TREE], self.arrays.edge[join, kernels.TREE] = 1, 0
         kernels.place_back(self.arrays, members, poses)
+        if self.graph.flat[join]:
+            self._find_outline()
 
     def set_base(self, face: int) -> None:
         """Make another face the stationary one. Exchanges made before cannot be taken back any more.
@@ -220,7 +225,7 @@ class FlatLayout:
         """An independent layout in the same state (without the exchanges to take back)."""
         twin = object.__new__(FlatLayout)
         twin.__dict__.update(self.__dict__)
-        twin.arrays = type(self.arrays)(*(array.copy() for array in self.arrays))
+        twin.arrays = NetArrays(**{name: array.copy() for name, array in self.arrays._asdict().items()})
         twin._history = deque(maxlen=UNDO_DEPTH)
         return twin
 
@@ -229,6 +234,10 @@ class FlatLayout:
         return net_from_tree(self.graph, self.parent, self.crease, self.order, self.base, certificate)
 
     # -- inside ----------------------------------------------------------------------------------------------
+
+    def _row(self, number: int) -> NDArray[np.int64]:
+        row: NDArray[np.int64] = self.arrays.node[number]
+        return row
 
     def _check_cut(self, edge: int) -> None:
         if not (0 <= edge < len(self.graph.faces) and self.arrays.edge[edge, kernels.TREE]):
@@ -239,11 +248,13 @@ class FlatLayout:
         if not 0 <= face < count:
             raise NetError(f"base face {face} does not exist: the goal has faces 0 to {count - 1}")
         if kernels.root_tree(self.arrays, int(face)) != count:
-            raise NetError(
-                "the edges given are not a spanning tree of the faces: some faces are cut off, or there is a cycle"
-            )
+            raise NetError("the edges given are not a spanning tree: they form a cycle, or leave faces out")
         self._history.clear()
-        self._outline = base_outline(self.graph, face)
+        self._find_outline()
+
+    def _find_outline(self) -> None:
+        """Sides of the base panel: the base and what flat joints of the tree join to it (no fold away)."""
+        self._outline = base_outline(self.graph, self.depth == 0)
         sides = self._outline[:, 2]
         self.arrays.edge[:, kernels.OUTLINE] = 0
         self.arrays.edge[sides[sides >= 0], kernels.OUTLINE] = 1
@@ -258,20 +269,27 @@ class FlatLayout:
         self._roomy = self._hold_base and self.tab_has_room()
 
 
-def base_outline(graph: DualGraph, base: int) -> NDArray[np.int64]:
-    """(K, 3) rows (face, slot, interior edge or -1) of the sides of a base panel that are long enough for a tab.
+def base_outline(graph: DualGraph, members: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """(K, 3) sides of a base panel that are long enough for a tab: face, slot, interior edge or -1.
 
-    Long enough is LEAST_TAB_EDGE_MM, or the longest side where all are shorter. Edges between two faces of the
-    panel do not count.
+    Long enough is LEAST_TAB_EDGE_MM, or the longest side where all are shorter. Edges between two faces of
+    the panel do not count.
+
+    Args:
+        graph: the dual graph.
+        members: (F,) True for the faces of the panel.
     """
-    members = np.flatnonzero(graph.panel == graph.panel[base])
-    edges = graph.face_edges[members]
-    other = np.where(edges < 0, members[:, None], graph.faces[edges].sum(axis=2) - members[:, None])
-    outer = (edges < 0) | (graph.panel[other] != graph.panel[base])
-    length = np.where(outer, graph.side_length[members], -1.0)
+    panel = np.flatnonzero(members)
+    edges = graph.face_edges[panel]
+    if len(graph.faces):
+        other = graph.faces[edges].sum(axis=2) - panel[:, None]
+        outer = (edges < 0) | ~members[np.where(edges < 0, panel[:, None], other)]
+    else:
+        outer = np.ones(edges.shape, dtype=np.bool_)
+    length = np.where(outer, graph.side_length[panel], -1.0)
     enough = min(LEAST_TAB_EDGE_MM, float(length.max()) * (1.0 - 1e-9))
     row, slot = np.nonzero(length >= enough)
-    return np.ascontiguousarray(np.stack([members[row], slot, edges[row, slot]], axis=1))
+    return np.ascontiguousarray(np.stack([panel[row], slot, edges[row, slot]], axis=1))
 
 
 def net_arrays(graph: DualGraph, tree: NDArray[np.bool_] | None = None) -> NetArrays:
@@ -293,7 +311,7 @@ def net_arrays(graph: DualGraph, tree: NDArray[np.bool_] | None = None) -> NetAr
     edge[:, k.FACES : k.FACES + 2] = graph.faces
     edge[:, k.SLOTS : k.SLOTS + 2] = graph.slots
     edge[:, k.FLAT] = graph.flat
-    edge[:, k.FROZEN] = graph.flat_forest
+    edge[:, k.FROZEN] = graph.flat
     if tree is not None:
         edge[:, k.TREE] = tree
     return k.NetArrays(

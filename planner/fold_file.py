@@ -67,8 +67,8 @@ def write_fold(net: Net, path: str | os.PathLike[str]) -> None:
 def read_fold(path: str | os.PathLike[str], goal: GoalMesh) -> Net:
     """Read the net of ``goal`` from a FOLD file that ``write_fold`` wrote, or another tool saved again.
 
-    The tree is rebuilt from the creases, rooted at the base face. Fold angles of creases are the goal's own; those
-    of the file must agree with them.
+    The tree is rebuilt from the creases, rooted at the base face. Fold angles of creases are the goal's own;
+    those of the file must agree with them.
 
     Raises:
         FormatError: if the file is not such a net, or not one of this goal; the message names the key.
@@ -166,7 +166,7 @@ class _Reader:
         if len(degrees) != len(edges):
             raise self.fail("edges_foldAngle", f"expected {len(edges)} angles, got {len(degrees)}")
         self._check_shape(goal, vertices, faces)
-        parent, crease = self._tree(goal, faces, edges, letters, base)
+        parent, crease = self._tree(faces, edges, letters, base)
         return Net(
             goal=goal,
             base_face=base,
@@ -200,7 +200,6 @@ class _Reader:
 
     def _tree(
         self,
-        goal: GoalMesh,
         faces: NDArray[np.int64],
         edges: NDArray[np.int64],
         letters: list[str],
@@ -218,7 +217,7 @@ class _Reader:
             if len(sharing) != (1 if letters[edge] == "B" else 2):
                 raise self.fail(
                     "edges_assignment",
-                    f"edge {edge} is {letters[edge]} but has {len(sharing)} faces (a cut has one, a crease two)",
+                    f"edge {edge} is {letters[edge]} but has {len(sharing)} faces; a cut has one, others two",
                 )
             if letters[edge] != "B":
                 beside[sharing[0]].append((sharing[1], edge))
@@ -300,7 +299,10 @@ class _Reader:
         words = {key: found.get(key, "") for key in ("method", "tree")}
         if not isinstance(optimal, bool) or any(not isinstance(word, str) for word in words.values()):
             raise self.fail("blossom:certificate", "optimal is true or false, method and tree are words")
-        return NetCertificate(optimal=optimal, **numbers, **words)
+        return NetCertificate(
+            numbers["blooming_overlaps"], numbers["edits"], numbers["lower_bound"], optimal,
+            numbers["faces_left_out"], words["method"], words["tree"],
+        )  # fmt: skip
 
 
 def _dump(value: object) -> str:

@@ -1,4 +1,4 @@
-"""From a goal mesh to an overlap-free net: choice of the base face, the method, and what to say if there is none."""
+"""From a goal mesh to an overlap-free net: the base face, the method, and what to say if there is none."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.base_faces import rank_bases
+from planner.base_faces import SAMPLE_ABOVE, rank_bases
 from planner.blooming_trees import BLOOMING_TREES
 from planner.dual_graph import DualGraph
 from planner.errors import NetError
@@ -20,10 +20,10 @@ from planner.net_methods import attempt_order, net_method
 __all__ = ["make_net", "starting_layouts"]
 
 BASES_TRIED = 6
-"""Bases, best first, for which nets are made before the best of them is chosen."""
+"""Bases, best first, for which nets are made before the best of them is chosen; fewer above 1000 faces."""
 
-BASES_SAMPLED = 300
-"""Panels that are ranked as bases."""
+RANKING_SIZE = 300_000
+"""Panels ranked as bases, times faces: 300 panels of a goal with 1000 faces."""
 
 PAIRS_NAMED = 6
 """Overlapping pairs that a message names."""
@@ -44,7 +44,8 @@ def make_net(
         method: ``nb`` (nearly-blooming) or one of the baselines in ``NET_METHODS``.
         base_face: the stationary face; None: chosen among the best of ``rank_bases``.
         seed: of every random choice.
-        budget_s: nominal seconds for the whole, counted as work so that the result does not depend on the machine.
+        budget_s: nominal seconds for the whole, counted as work so that the result does not depend on the
+            machine.
 
     Raises:
         NetError: if there is no net, or none was found; its ``faces`` overlap in the best that was found.
@@ -56,14 +57,15 @@ def make_net(
         raise NetError(f"base face {base_face} does not exist: {goal.name} has faces 0 to {count - 1}")
     if graph.pieces > 1:
         raise NetError(
-            f"{goal.name} is not formable from one sheet: its faces are {graph.pieces} pieces that no edge joins; "
-            "fold each piece by itself"
+            f"{goal.name} is not formable from one sheet: its faces are {graph.pieces} pieces that no edge "
+            "joins; fold each piece by itself"
         )
     if graph.is_tree:
         _check_only_pattern(graph)
     budget = DEFAULT_BUDGET_S if budget_s is None else budget_s
     best: NetAttempt | None = None
     found, tried = 0, 0
+    enough = max(1, min(BASES_TRIED, BASES_TRIED * 1000 // count))
     for base in _bases(graph, base_face, seed):
         attempt = make(graph, base, seed, budget)
         tried += 1
@@ -71,7 +73,7 @@ def make_net(
         if best is None or attempt_order(attempt) < attempt_order(best):
             best = attempt
         found += attempt.is_net
-        if (best.is_net and best.roomy and found >= BASES_TRIED) or budget <= 0.0:
+        if (best.is_net and best.roomy and found >= enough) or budget <= 0.0:
             break
     if best is None or not best.is_net:
         raise _no_net(graph, best, method, tried, base_face, seed)
@@ -83,8 +85,8 @@ def starting_layouts(
 ) -> list[FlatLayout]:
     """Up to ``count`` different overlap-free layouts to start a search from, in order of promise.
 
-    Bases in the order of ``rank_bases``, each with its best blooming tree; then the other trees and other seeds.
-    Layouts whose base panel has room for a tab come first.
+    Bases in the order of ``rank_bases``, each with its best blooming tree; then the other trees and other
+    seeds. Layouts whose base panel has room for a tab come first.
 
     Args:
         goal: the goal, or its dual graph.
@@ -94,7 +96,7 @@ def starting_layouts(
     """
     graph = goal if isinstance(goal, DualGraph) else DualGraph(goal)
     if base_face is None:
-        ranked = rank_bases(graph, count, seed=seed, sample=BASES_SAMPLED)
+        ranked = rank_bases(graph, count, seed=seed, sample=_sample(graph))
         bases, trees = [rank.face for rank in ranked], [BLOOMING_TREES.index(rank.tree) for rank in ranked]
     else:
         bases, trees = [base_face], [0]
@@ -119,8 +121,13 @@ def _bases(graph: DualGraph, base_face: int | None, seed: int) -> Iterator[int]:
     if base_face is not None:
         yield base_face
         return
-    for rank in rank_bases(graph, seed=seed, sample=BASES_SAMPLED):
+    for rank in rank_bases(graph, seed=seed, sample=_sample(graph)):
         yield rank.face
+
+
+def _sample(graph: DualGraph) -> int:
+    """How many panels to rank as bases."""
+    return min(SAMPLE_ABOVE, max(12, RANKING_SIZE // len(graph.goal.faces)))
 
 
 def _check_only_pattern(graph: DualGraph) -> None:
@@ -133,9 +140,9 @@ def _check_only_pattern(graph: DualGraph) -> None:
     if only.overlaps:
         pairs = only.overlapping_pairs()
         raise NetError(
-            f"{graph.goal.name} is not formable from one sheet: every one of its {len(graph.faces)} inner edges has "
-            f"to be a crease, so it has one flat pattern only, and there {_name_pairs(pairs)}. Change the shape, or "
-            "cut the mesh into two parts that are folded separately",
+            f"{graph.goal.name} is not formable from one sheet: each of its {len(graph.faces)} inner edges "
+            f"has to be a crease, so it has one flat pattern only. There {_name_pairs(pairs)}. Change the "
+            "shape, or cut the mesh into parts that are folded separately",
             _faces_of(pairs),
         )
 
@@ -158,8 +165,8 @@ def _no_net(
         else "Try another --base, another --seed or a larger --budget, or coarsen the mesh with --faces"
     )
     return NetError(
-        f"{name} is not formable from one sheet as far as was tried: method {method!r} with {bases}, seed {seed}. "
-        f"In the best net {_name_pairs(best.overlapping)}. {cure}",
+        f"{name} is not formable from one sheet, as far as was tried: method {method!r} with {bases}, "
+        f"seed {seed}. In the best net {_name_pairs(best.overlapping)}. {cure}",
         _faces_of(best.overlapping),
     )
 

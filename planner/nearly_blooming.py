@@ -1,4 +1,4 @@
-"""Nearly-blooming nets: few exchanges away from a blooming tree, no overlap, and a base that a tab can hold."""
+"""Nearly-blooming nets: few exchanges from a blooming tree, no overlap, a base that a tab can hold."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner._kernels import nb_kernels, net_kernels
-from planner.blooming_trees import BLOOMING_TREES, TreeName, blooming_tree
+from planner.blooming_trees import BLOOMING_TREES, TreeGrower, TreeName, blooming_tree
 from planner.dual_graph import DualGraph
 from planner.flat_layout import FlatLayout
 from planner.net import Net, NetCertificate
@@ -76,12 +76,13 @@ def repair_tree(
     seed: int = 0,
     budget_s: float | None = None,
     remove_overlaps: bool = True,
+    cut_panels: bool = False,
 ) -> NetAttempt:
     """Exchange creases of ``tree`` until no faces overlap and the base panel can be held, then restore.
 
-    A tabu search picks an overlapping pair, cuts a crease on the tree path between its faces and joins the parts
-    at the edge that leaves the fewest overlaps. Afterwards creases of ``tree`` are brought back, each in exchange
-    for a foreign one, as long as nothing overlaps. Flat joints are never cut.
+    A tabu search picks an overlapping pair, cuts a crease on the tree path between its faces and joins the
+    parts at the edge that leaves the fewest overlaps. Afterwards creases of ``tree`` are brought back, each
+    in exchange for a foreign one, as long as nothing overlaps. Flat joints are never cut.
 
     Args:
         graph: the dual graph of the goal.
@@ -91,6 +92,8 @@ def repair_tree(
         seed: of the random choices.
         budget_s: nominal seconds, counted as work (``WORK_PER_SECOND``).
         remove_overlaps: False: only see to the hold of the base, and only if nothing overlaps.
+        cut_panels: flat joints may be cut, but for those of the base panel. Some goals need it: the walls of a
+            hole may hang on nothing but the flat ring around it, and not fit inside.
     """
     layout = FlatLayout(graph, tree, base)
     found, edits, work = layout.overlaps, 0, 0
@@ -99,11 +102,14 @@ def repair_tree(
     if (found and remove_overlaps) or (not found and not layout.free_edges()):
         arrays = layout.arrays
         arrays.edge[:, net_kernels.BLOOMING] = tree
+        if cut_panels:
+            own = graph.panel[graph.faces[:, 0]] == graph.panel[base]
+            arrays.edge[:, net_kernels.FROZEN] = graph.flat & own
         pairs = np.zeros((2 * found + 4 * len(graph.goal.faces), 2), dtype=np.int64)
         pairs[:found] = overlapping
         limit = int((DEFAULT_BUDGET_S if budget_s is None else budget_s) * WORK_PER_SECOND)
-        rounds = 2000 + 40 * len(graph.goal.faces)
-        left = nb_kernels.search(arrays, layout.outline, pairs, found, rng, rounds, limit)
+        stall = 500 + 2 * len(graph.goal.faces)
+        left = nb_kernels.search(arrays, layout.outline, pairs, found, rng, stall, limit)
         work = int(arrays.number[net_kernels.TESTED])
         if left == 0:
             roomy = make_room(layout, seed)
@@ -137,9 +143,10 @@ def restore(layout: FlatLayout, tree: NDArray[np.bool_], roomy: bool) -> int:
     again = True
     while again:
         again = False
-        for join in np.flatnonzero(tree & ~layout.tree).tolist():
+        missing = np.flatnonzero(tree & ~layout.tree)
+        for join in missing[np.argsort(~graph.flat[missing], kind="stable")].tolist():
             path = layout.path(int(graph.faces[join, 0]), int(graph.faces[join, 1]))
-            cuts = path[~tree[path] & ~graph.flat_forest[path]]
+            cuts = path[~tree[path] & (arrays.edge[path, net_kernels.FROZEN] == 0)]
             cuts = np.array([cut for cut in cuts.tolist() if layout.keeps_hold(cut, join)], dtype=np.int64)
             while len(cuts):
                 at = int(nb_kernels.first_free_swap(arrays, cuts, join))
@@ -165,7 +172,7 @@ def make_room(layout: FlatLayout, seed: int) -> bool:
     tries = 0
     for face in rng.permutation(blockers).tolist():
         for cut in rng.permutation(layout.path(layout.base, face)).tolist():
-            if layout.graph.flat_forest[cut]:
+            if layout.graph.flat[cut]:
                 continue
             for join in rng.permutation(layout.joinable(cut))[:4].tolist():
                 tries += 1
@@ -179,25 +186,28 @@ def make_room(layout: FlatLayout, seed: int) -> bool:
 
 
 def nearly_blooming(
-    graph: DualGraph, base: int, *, tree: TreeName = "steepest", seed: int = 0, budget_s: float | None = None
+    graph: DualGraph,
+    base: int,
+    *,
+    tree: TreeName = "steepest",
+    seed: int = 0,
+    budget_s: float | None = None,
+    cut_panels: bool = False,
 ) -> NetAttempt:
     """A net of few edits from the blooming tree ``tree`` around ``base``; see ``repair_tree``."""
-    return repair_tree(graph, blooming_tree(graph, base, tree), base, name=tree, seed=seed, budget_s=budget_s)
+    start = blooming_tree(graph, base, tree)
+    return repair_tree(graph, start, base, name=tree, seed=seed, budget_s=budget_s, cut_panels=cut_panels)
 
 
 def certify(layout: FlatLayout, method: str) -> NetCertificate:
     """Certificate of any overlap-free layout: its edits from the nearest blooming tree of its base."""
-    best: tuple[int, int, TreeName] | None = None
-    for name in BLOOMING_TREES:
-        tree = blooming_tree(layout.graph, layout.base, name)
-        edits = int(np.count_nonzero(layout.tree & ~tree))
-        if best is None or edits < best[0]:
-            overlaps = FlatLayout(layout.graph, tree, layout.base, hold_base=False).overlaps
-            best = (edits, overlaps, name)
-    assert best is not None  # noqa: S101 - there are three trees
-    edits, overlaps, name = best
+    grower = TreeGrower(layout.graph)
+    trees = {name: grower.blooming(layout.base, name) for name in BLOOMING_TREES}
+    edits = {name: int(np.count_nonzero(layout.tree & ~tree)) for name, tree in trees.items()}
+    name = min(BLOOMING_TREES, key=lambda tree: edits[tree])
+    overlaps = FlatLayout(layout.graph, trees[name], layout.base, hold_base=False).overlaps
     bound = 1 if overlaps else 0
-    return NetCertificate(overlaps, edits, bound, edits == bound, method=method, tree=name)
+    return NetCertificate(overlaps, edits[name], bound, edits[name] == bound, method=method, tree=name)
 
 
 def _scramble(seed: int, base: int) -> int:

@@ -21,9 +21,9 @@ def net_from_tree(
 ) -> Net:
     """Lay the faces of ``graph`` flat along a tree, base face first.
 
-    The base face has corner 0 at the origin and corner 1 on +x. Faces joined by a crease share its two vertices;
-    vertices are duplicated along cuts. Edges are numbered by the goal's interior edges (a cut one gives two edges),
-    then the goal's boundary.
+    The base face has corner 0 at the origin and corner 1 on +x. Faces joined by a crease share its two
+    vertices; vertices are duplicated along cuts. Edges are numbered by the goal's interior edges (a cut one
+    gives two edges), then the goal's boundary.
 
     Args:
         graph: the dual graph of the goal.

@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from planner.blooming_trees import BLOOMING_TREES, TreeName, blooming_tree, weighted_tree
+from planner.blooming_trees import BLOOMING_TREES, TreeGrower, TreeName, blooming_tree
 from planner.dual_graph import DualGraph
 from planner.errors import NetError
 from planner.nearly_blooming import NetAttempt, nearly_blooming, repair_tree
@@ -21,9 +21,20 @@ NetMethod = Callable[[DualGraph, int, int, float | None], NetAttempt]
 
 
 def fewest_edits(graph: DualGraph, base: int, seed: int, budget_s: float | None) -> NetAttempt:
-    """Nearly-blooming: the search from each blooming tree; room for a tab first, then fewest edits."""
-    share = None if budget_s is None else budget_s / len(BLOOMING_TREES)
-    attempts = [nearly_blooming(graph, base, tree=tree, seed=seed, budget_s=share) for tree in BLOOMING_TREES]
+    """Nearly-blooming: the search from each blooming tree; room for a tab first, then fewest edits.
+
+    Only if no tree leads to a net and some flat panel is a ring are flat panels cut as well.
+    """
+    attempts: list[NetAttempt] = []
+    trials = [(tree, False) for tree in BLOOMING_TREES]
+    if graph.has_rings:
+        trials += [(tree, True) for tree in BLOOMING_TREES]
+    for tree, cut_panels in trials:
+        if cut_panels and any(attempt.is_net for attempt in attempts):
+            break
+        attempts.append(
+            nearly_blooming(graph, base, tree=tree, seed=seed, budget_s=budget_s, cut_panels=cut_panels)
+        )
     return replace(min(attempts, key=attempt_order), work=sum(attempt.work for attempt in attempts))
 
 
@@ -44,19 +55,21 @@ def plain_tree(name: TreeName) -> NetMethod:
 
 
 def random_tree(graph: DualGraph, base: int, seed: int, budget_s: float | None) -> NetAttempt:
-    """Random spanning trees (random edge weights) until one does not overlap, at most 100; the best of them."""
+    """Spanning trees for random edge weights until one does not overlap, 100 at most; the best of them."""
     rng = np.random.default_rng([seed, base])
-    best: NetAttempt | None = None
-    for _ in range(100):
-        tree = weighted_tree(graph, rng.random(len(graph.faces)), base)
-        attempt = repair_tree(
+    grower = TreeGrower(graph)
+
+    def attempt() -> NetAttempt:
+        tree = grower.weighted(rng.random(len(graph.faces)), base)
+        return repair_tree(
             graph, tree, base, name="random", seed=seed, budget_s=budget_s, remove_overlaps=False
         )
-        if best is None or attempt_order(attempt) < attempt_order(best):
-            best = attempt
+
+    best = attempt()
+    for _ in range(99):
         if best.is_net:
             break
-    assert best is not None  # noqa: S101 - the loop ran
+        best = min(best, attempt(), key=attempt_order)
     return best
 
 

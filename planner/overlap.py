@@ -15,8 +15,8 @@ def overlapping_triangles(triangles: NDArray[np.float64]) -> list[tuple[int, int
     """Pairs (lower, higher) of counter-clockwise triangles that overlap, in ascending order.
 
     Two triangles overlap if they penetrate each other deeper than ``OVERLAP_TOLERANCE_MM`` (0.1 micrometre, a
-    thousandth of a kerf), measured as the least distance by which one of them would have to move: touching along an
-    edge or at a corner is no overlap, and nothing is shrunk.
+    thousandth of a kerf), measured as the least distance by which one of them would have to move: touching
+    along an edge or at a corner is no overlap, and nothing is shrunk.
 
     Args:
         triangles: (F, 3, 2) corners in mm.

@@ -1,8 +1,9 @@
-"""Search kernels: blooming trees, room for a tab, tabu search for an overlap-free tree, restoring of edges."""
+"""Search kernels: spanning trees, room for a tab, tabu search for a tree without overlaps."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +56,7 @@ Seeds = NDArray[np.uint64]
 
 
 @inner
-def draw(rng: Seeds, below: int) -> int:
+def draw(rng: Seeds, below: int) -> Any:
     """Next random number in [0, below): xorshift64* (Vigna 2016)."""
     x = rng[0]
     x ^= x >> np.uint64(12)
@@ -69,9 +70,9 @@ def draw(rng: Seeds, below: int) -> int:
 def grow_tree(s: NetArrays, rank: Ints, cost: Floats, tie: Ints, base: int, adding: bool) -> int:
     """Make Prim's spanning tree from ``base`` the tree: lowest rank first, then lowest key, then lowest tie.
 
-    The key of an edge is ``cost`` of the edge, with ``adding`` plus the key of the crease that it starts from.
-    Because the rank alone decides first, the tree is a minimum spanning tree for it. Returns its edges. The edges
-    to choose from are few, so they are scanned and not kept in order.
+    The key of an edge is ``cost`` of the edge, with ``adding`` plus the key of the crease that it starts
+    from. Because the rank alone decides first, the tree is a minimum spanning tree for it. Returns its
+    edges. The edges to choose from are few, so they are scanned and not kept in order.
     """
     node, edge = s.node, s.edge
     key = np.empty(len(edge))
@@ -128,8 +129,9 @@ def free_edges(s: NetArrays, outline: Ints) -> int:
 def clear_tabs(s: NetArrays, outline: Ints, least: int, blockers: Ints, room: int) -> int:
     """How many tabs find room on free sides of the base panel; stops at ``least``.
 
-    A tab has room if no other face lies in a rectangle TAB_WIDTH_MM x TAB_REACH_MM outside the side. The first
-    ``room`` faces that lie in the way are written to ``blockers[:, 1]``, their number to ``number[TESTED]``.
+    A tab has room if no other face lies in a rectangle TAB_WIDTH_MM x TAB_REACH_MM outside the side. The
+    first ``room`` faces that lie in the way are written to ``blockers[:, 1]``, their number to
+    ``number[TESTED]``.
     """
     r = s.real
     t = len(r) - 1
@@ -148,7 +150,8 @@ def clear_tabs(s: NetArrays, outline: Ints, least: int, blockers: Ints, room: in
             start = 0.5 * (length - width) if windows == 1 else w * (length - width) / (windows - 1)
             hits = np.int64(0)
             for half in range(2):
-                # corners (along, outwards) of a half, counter-clockwise: (0, 0) (0, 1) (1, 1), then (0, 0) (1, 1) (1, 0)
+                # corners (along, outwards) of a half, counter-clockwise: (0, 0) (0, 1) (1, 1), then (0, 0)
+                # (1, 1) (1, 0)
                 r[t, CENTRE], r[t, CENTRE + 1] = 0.0, 0.0
                 for c in range(3):
                     along = start + (width if c + half >= 2 else 0.0)
@@ -163,7 +166,7 @@ def clear_tabs(s: NetArrays, outline: Ints, least: int, blockers: Ints, room: in
                     r[t, SIDE], r[t, SIDE + 1], r[t, SIDE + 2] = diagonal, TAB_REACH_MM, width
                 r[t, RADIUS] = diagonal
                 hits += count_hits(s, t, np.int64(NO_LIMIT), blockers, blocked + hits, room)
-            blocked = min(blocked + hits, room)
+            blocked = min(blocked + hits, np.int64(room))
             if hits == 0:
                 count += 1
                 if count >= least:
@@ -211,19 +214,21 @@ def joining_edges(s: NetArrays, joins: Ints) -> int:
         f = s.node[PART, i]
         for k in range(3):
             e = s.node[SIDES + k, f]
-            if e >= 0 and s.edge[e, TREE] == 0:
-                if s.node[MARK, s.edge[e, FACES]] + s.node[MARK, s.edge[e, FACES + 1]] == 1:
-                    joins[count] = e
-                    count += 1
+            if e < 0 or s.edge[e, TREE] != 0:
+                continue
+            if s.node[MARK, s.edge[e, FACES]] + s.node[MARK, s.edge[e, FACES + 1]] == 1:
+                joins[count] = e
+                count += 1
     return count
 
 
 @entry
-def search(s: NetArrays, outline: Ints, pairs: Ints, found: int, rng: Seeds, rounds: int, work: int) -> int:
+def search(s: NetArrays, outline: Ints, pairs: Ints, found: int, rng: Seeds, stall: int, work: int) -> int:
     """Tabu search by path-targeted exchanges until no pair overlaps and the base panel has a free side.
 
-    ``pairs`` holds the ``found`` overlapping pairs of the layout. Ends after ``rounds`` or when ``work`` faces have
-    been tested. Returns the pairs that are left, plus one if the base panel has no free side.
+    ``pairs`` holds the ``found`` overlapping pairs of the layout. Ends when ``stall`` rounds have not brought
+    fewer overlaps than ever, or ``work`` faces have been tested. Returns the pairs that are left, plus one if the
+    base panel has no free side.
     """
     edge = s.edge
     tabu = np.zeros(len(edge), np.int64)
@@ -231,9 +236,9 @@ def search(s: NetArrays, outline: Ints, pairs: Ints, found: int, rng: Seeds, rou
     joins = np.empty(len(edge) + 1, np.int64)
     s.number[TESTED] = 0
     free = free_edges(s, outline)
-    for now in range(1, rounds + 1):
-        if (found == 0 and free > 0) or s.number[TESTED] > work:
-            break
+    now, fewest, last = 0, found + 1, 0
+    while (found > 0 or free == 0) and now - last < stall and s.number[TESTED] <= work:
+        now += 1
         if found == 0 or (free == 0 and draw(rng, 4) == 0):
             count = len(outline)
             for i in range(count):
@@ -276,6 +281,8 @@ def search(s: NetArrays, outline: Ints, pairs: Ints, found: int, rng: Seeds, rou
         unmark(s)
         swap(s, best_cut, best_join)
         free = free_edges(s, outline)
+        if found < fewest:
+            fewest, last = found, now
         tabu[best_cut] = now + 4 + draw(rng, 10)
         tabu[best_join] = now + 4 + draw(rng, 10)
     return found + (1 if free == 0 else 0)
@@ -283,7 +290,7 @@ def search(s: NetArrays, outline: Ints, pairs: Ints, found: int, rng: Seeds, rou
 
 @entry
 def first_free_swap(s: NetArrays, cuts: Ints, join: int) -> int:
-    """The first of ``cuts`` that ``join`` can replace without any overlap, as its place in the list; else their number."""
+    """Place in ``cuts`` of the first that ``join`` can replace without overlap; their number if none can."""
     for i in range(len(cuts)):
         if swap_is_free(s, cuts[i], join) == 1:
             return i

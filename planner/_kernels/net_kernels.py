@@ -1,8 +1,9 @@
 """Flat layouts in the plane: laying out a tree of faces, a hash grid, overlap of triangles, moving a part.
 
 All kernels work on one ``NetArrays`` record. A face is a fixed triangle in a frame of its own and a pose
-(cos, sin, x, y) in the plane. Cutting a crease and joining another edge moves one component rigidly. The record
-has few, wide arrays because the time to compile a kernel grows with the number of arrays that it is given.
+(cos, sin, x, y) in the plane. Cutting a crease and joining another edge moves one component rigidly. The
+record has few, wide arrays because the time to compile a kernel grows with the number of arrays that it is
+given.
 """
 
 from __future__ import annotations
@@ -22,13 +23,13 @@ NO_LIMIT = 1 << 60
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
-# columns of NetArrays.real: corners (x, y each) in the face's frame and in the plane, side lengths, pose, centroid,
-# radius of the circle about the centroid, side of a grid cell (the same in every row)
+# columns of NetArrays.real: corners (x, y each) in the face's frame and in the plane, side lengths, pose,
+# centroid, radius of the circle about the centroid, side of a grid cell (the same in every row)
 LOCAL, CORNER, SIDE, POSE, CENTRE, RADIUS, CELL, REALS = 0, 6, 12, 15, 19, 21, 22, 23
 
 # rows of NetArrays.node: interior edge on each side (-1: boundary), the rooted tree (depth in folds, hops in
-# creases), 1 for the marked component, number of the last query, grid entries (first, used), the two components
-# of a cut and the edges through which their faces were reached
+# creases), 1 for the marked component, number of the last query, grid entries (first, used), the two
+# components of a cut and the edges through which their faces were reached
 SIDES, PARENT, SLOT, CREASE, DEPTH, HOPS, ORDER, MARK, STAMP, FIRST, USED, PART, VIA, NODES = (
     0, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 15, 17,
 )  # fmt: skip
@@ -41,7 +42,8 @@ FACES, SLOTS, FLAT, FROZEN, TREE, BLOOMING, OUTLINE, EDGES = 0, 2, 4, 5, 6, 7, 8
 BASE, QUERY, SIZE, TESTED, NUMBERS = 0, 1, 2, 3, 4
 
 
-# kernels called from Python, and kernels called from kernels only: wrappers that nobody uses cost time to compile
+# kernels called from Python, and kernels called from kernels only: wrappers that nobody uses cost time to
+# compile
 entry = njit(cache=True, error_model="numpy", no_cfunc_wrapper=True)
 inner = njit(cache=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
 
@@ -62,7 +64,8 @@ class NetArrays(NamedTuple):
 def triangles_overlap(r: Floats, i: int, j: int) -> bool:
     """True if counter-clockwise triangles, rows i and j of r, penetrate deeper than the tolerance.
 
-    Separating axes: the penetration depth of two convex polygons is attained at a normal of one of their sides.
+    Separating axes: the penetration depth of two convex polygons is attained at a normal of one of their
+    sides.
     """
     for _ in range(2):
         for k in range(3):
@@ -228,7 +231,7 @@ def joined_pose(s: NetArrays, e: int, child: int) -> Any:
 
 
 @entry
-def all_overlaps(s: NetArrays, pairs: Ints, room: int) -> int:
+def all_overlaps(s: NetArrays, pairs: Ints, room: int) -> Any:
     """Fill the grid with the faces where they are, and count the pairs that overlap.
 
     The first ``room`` pairs are written to ``pairs`` (P, 2).
@@ -309,9 +312,10 @@ def motion(s: NetArrays, join: int) -> Any:
 
 
 @inner
-def moved_overlaps(s: NetArrays, join: int, limit: int, out: Ints, at: int, room: int) -> int:
-    """Overlapping pairs between the marked component, joined at ``join``, and the rest; stops beyond ``limit``.
+def moved_overlaps(s: NetArrays, join: int, limit: int, out: Ints, at: int, room: int) -> Any:
+    """Overlapping pairs between the marked component, joined at ``join``, and the rest, up to ``limit``.
 
+    One more than ``limit`` stands for any number beyond it.
     The pairs are written to ``out[at:room]``. The faces that were tested are added to ``number[TESTED]``.
     """
     c, d, x, y = motion(s, join)
