@@ -56,7 +56,7 @@ def rotation_clearance(
 ) -> RotationClearance:
     """Clearance of ``points`` (N, 3), mm in the sheet frame, while the rotary turns between two angles.
 
-    Exact for solids spanned by the points: over bed and lens plane the extremes of a polyhedron are at corners.
+    Exact for solids spanned by the points: a polyhedron is nearest to a plane at one of its corners.
     """
     if len(points) == 0:
         return RotationClearance(limits.axis_height, limits.lens_height)

@@ -1,10 +1,11 @@
-"""Cut lines: along the middle of the kerf around the net, in slits, and along the seams of clipped substrate."""
+"""Cut lines: in the middle of the kerf around the net, in slits, and along the seams of clipped substrate."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Collection, Iterable
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,9 @@ from planner.holding import tab_strip
 from planner.net import Net
 from planner.net_region import LEAST_KERF_MM, boundary_edges, grown, net_union
 
+if TYPE_CHECKING:
+    from shapely import Geometry
+
 __all__ = ["clip_seams", "contour_lines", "in_travel_order", "polylines", "split_at_tabs"]
 
 _SHORTEST_MM = 0.02  # shorter pieces of path are dropped
@@ -22,7 +26,7 @@ _SAME_MM = 1e-6
 _WIDE_GAP_RAD = math.radians(30.0)
 
 
-def contour_lines(net: Net, kerf_mm: float) -> Any:
+def contour_lines(net: Net, kerf_mm: float) -> Geometry:
     """All lines along which the net is cut out of the sheet, tabs not yet left standing (shapely lines).
 
     Where the gap beside an edge is at least a kerf wide, the line runs half a kerf outside of the net. In
@@ -38,7 +42,7 @@ def contour_lines(net: Net, kerf_mm: float) -> Any:
     return shapely.MultiLineString([*around, *narrow])
 
 
-def split_at_tabs(lines: Any, tabs: Iterable[Tab], kerf_mm: float) -> tuple[Any, Any]:
+def split_at_tabs(lines: Geometry, tabs: Iterable[Tab], kerf_mm: float) -> tuple[Geometry, Geometry]:
     """(lines to cut now, lines across the tabs for the release)."""
     import shapely
 
@@ -50,8 +54,8 @@ def split_at_tabs(lines: Any, tabs: Iterable[Tab], kerf_mm: float) -> tuple[Any,
     return _as_lines(shapely.difference(parts, zone)), _as_lines(shapely.intersection(parts, zone))
 
 
-def clip_seams(sheet: Sheet, clipped: Collection[int], lines: Any, kerf_mm: float) -> Any:
-    """Lines between clipped and kept substrate, drawn out to the contour lines where they end beside the net."""
+def clip_seams(sheet: Sheet, clipped: Collection[int], lines: Geometry, kerf_mm: float) -> Geometry:
+    """Lines between clipped and kept substrate, drawn out to the contour where they end beside the net."""
     import shapely
 
     gone = set(clipped)
@@ -76,7 +80,7 @@ def clip_seams(sheet: Sheet, clipped: Collection[int], lines: Any, kerf_mm: floa
     return shapely.MultiLineString(out)
 
 
-def polylines(lines: Any) -> tuple[Polyline, ...]:
+def polylines(lines: Geometry) -> tuple[Polyline, ...]:
     """The parts of shapely ``lines`` as tuples of points in mm, sorted; crumbs are dropped."""
     import shapely
 
@@ -114,7 +118,7 @@ def in_travel_order(paths: Iterable[Polyline], start: Point = (0.0, 0.0)) -> tup
     return tuple(out)
 
 
-def _as_lines(shape: Any) -> Any:
+def _as_lines(shape: Geometry) -> Geometry:
     """Only the lines of ``shape`` (one or an array), those of one part merged, as one multi-line."""
     import shapely
 
@@ -124,7 +128,7 @@ def _as_lines(shape: Any) -> Any:
     return shapely.MultiLineString([shapely.get_coordinates(p) for p in flat])
 
 
-def _reach(lines: Any, point: tuple[float, ...], kerf_mm: float) -> list[tuple[float, ...]]:
+def _reach(lines: Geometry, point: tuple[float, ...], kerf_mm: float) -> list[tuple[float, ...]]:
     """The way from the end of a seam to the contour beside it; nothing if it ends elsewhere."""
     import shapely
 
@@ -135,7 +139,7 @@ def _reach(lines: Any, point: tuple[float, ...], kerf_mm: float) -> list[tuple[f
     return [tuple(near.tolist())]
 
 
-def _slits(net: Net, kerf: float) -> list[Any]:
+def _slits(net: Net, kerf: float) -> list[Geometry]:
     """Middle lines of the gaps narrower than ``kerf`` between two cut edges."""
     import shapely
 
@@ -144,7 +148,7 @@ def _slits(net: Net, kerf: float) -> list[Any]:
     lines = shapely.linestrings(ends)
     tree = shapely.STRtree(lines)
     left, right = tree.query(lines, predicate="dwithin", distance=kerf)
-    out: list[Any] = []
+    out: list[Geometry] = []
     for i, j in sorted(zip(left.tolist(), right.tolist(), strict=True)):
         follows = corners[i, 1] == corners[j, 0] and corners[i, 0] != corners[j, 1]
         if follows and _gap_angle(ends[i], ends[j]) >= _WIDE_GAP_RAD:
@@ -158,7 +162,7 @@ def _slits(net: Net, kerf: float) -> list[Any]:
     return [line for line in shapely.difference(out, cores) if not line.is_empty]
 
 
-def _slit(first: NDArray[np.float64], second: NDArray[np.float64], kerf: float) -> list[Any]:
+def _slit(first: NDArray[np.float64], second: NDArray[np.float64], kerf: float) -> list[Geometry]:
     """Middle line of the gap between two edges (2, 2), each with its face to the left."""
     import shapely
 
@@ -175,7 +179,7 @@ def _slit(first: NDArray[np.float64], second: NDArray[np.float64], kerf: float) 
     away = second[1] - second[0]
     other_normal = np.array([away[1], -away[0]]) / np.linalg.norm(away)
     out = []
-    for s, t in zip(stops, stops[1:], strict=False):
+    for s, t in itertools.pairwise(stops):
         pairs = [
             (first[0] + u * along, _nearest(second, first[0] + u * along)) for u in (s, 0.5 * (s + t), t)
         ]
@@ -194,7 +198,7 @@ def _gap_angle(first: NDArray[np.float64], second: NDArray[np.float64]) -> float
     return math.atan2(u[0] * v[1] - u[1] * v[0], float(u @ v)) % (2.0 * math.pi)
 
 
-def _into_corner(first: NDArray[np.float64], second: NDArray[np.float64], kerf: float) -> list[Any]:
+def _into_corner(first: NDArray[np.float64], second: NDArray[np.float64], kerf: float) -> list[Geometry]:
     """The short way from the contour into the corner between two edges; none if the corner is not hollow."""
     import shapely
 

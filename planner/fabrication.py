@@ -23,9 +23,9 @@ def fabrication_steps(
 ) -> tuple[Step, ...]:
     """All steps of a plan: cuts and clips on the flat sheet, then ``folds`` as given, then the release.
 
-    Cut are first the seams of the substrate that goes, while the net still stiffens it; then the gaps inside the
-    net; then its contour, the part around the base panel last; the tabs stay. So nothing is cut that carries
-    something, and every clipped piece is free when its step comes.
+    Cut are first the seams of the substrate that goes, while the net still stiffens it; then the gaps inside
+    the net; then its contour, the part around the base panel last; the tabs stay. So nothing is cut that
+    carries something, and every clipped piece is free when its step comes.
 
     Args:
         net: the placed net.

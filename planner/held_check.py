@@ -7,13 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.fold_plan import Clip, Cut, Fold, FoldPlan, Polyline, Release
 from planner.net_region import LEAST_KERF_MM
+
+if TYPE_CHECKING:
+    from shapely import Geometry
 
 __all__ = ["check_held"]
 
@@ -22,7 +25,7 @@ _NOWHERE = -1
 
 
 def check_held(plan: FoldPlan) -> list[str]:
-    """Play ``plan`` in the plane of the sheet and say where it breaks rule 5, one line each; empty if nowhere.
+    """Play ``plan`` in the plane of the sheet and say where it breaks rule 5, a line each; empty if nowhere.
 
     At every step the metal is the sheet less what has been burnt and clipped. The base panel and everything
     that hangs on it must be joined to the clamped frame until the release; substrate that comes loose must be
@@ -58,7 +61,7 @@ class _Replay:
 
         self.plan = plan
         self.net = plan.net
-        self.burnt: list[Any] = []
+        self.burnt: list[Geometry] = []
         self.clipped: set[int] = set()
         self.problems: list[str] = []
         self.outline = shapely.Polygon(plan.sheet.outline)
@@ -76,7 +79,7 @@ class _Replay:
             if isinstance(step, Cut):
                 self._burn(step.paths)
                 follows = next((s for s in steps[n + 1 :] if not isinstance(s, Cut)), None)
-                if not isinstance(follows, Clip) and not isinstance(steps[n + 1 : n + 2], Cut):
+                if not isinstance(follows, Clip):
                     self._loose(n)
                 self._base_held(n)
             elif isinstance(step, Clip):
@@ -198,7 +201,7 @@ def _incentres(triangles: NDArray[np.float64]) -> NDArray[np.float64]:
     return centres
 
 
-def _piece_of(pieces: Sequence[Any], spots: NDArray[np.float64]) -> NDArray[np.int64]:
+def _piece_of(pieces: Sequence[Geometry], spots: NDArray[np.float64]) -> NDArray[np.int64]:
     """(N,) number of the piece that holds each spot, -1 where there is no metal."""
     import shapely
 

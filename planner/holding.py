@@ -7,7 +7,7 @@ import math
 from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,9 @@ from planner.errors import PlanError
 from planner.fold_plan import MachineLimits, Sheet, Tab
 from planner.net import Net
 from planner.net_region import boundary_edges
+
+if TYPE_CHECKING:
+    from shapely import Geometry
 
 __all__ = ["MOST_TABS", "TAB_WIDTHS_MM", "Hold", "hold_base", "tab_strip"]
 
@@ -37,7 +40,8 @@ class Hold:
         tabs: the uncut stretches.
         tether: substrate triangles between the tabs and the frame that must stay.
         needed: triangles of ``tether`` that the folds sweep; empty if the part is held as it is.
-        clipped: triangles that are cut off: those that the folds sweep and those left without a way to the frame.
+        clipped: triangles that are cut off: those that the folds sweep and those left without a way to the
+            frame.
         kerf_mm: width of the cuts that the tabs were chosen for.
     """
 
@@ -92,15 +96,15 @@ def hold_base(net: Net, sheet: Sheet, limits: MachineLimits, hit: Collection[int
             break
     if not places:
         raise PlanError(
-            f"the base face {net.base_face} has no free edge with sheet metal beside it, so no tab can hold it; "
-            "choose another base face with --base"
+            f"the base face {net.base_face} has no free edge with sheet metal beside it, so no tab can hold "
+            "it; choose another base face with --base"
         )
     ways = substrate.ways(0.0, swept)
     reaching = [p for p in places if all(t in ways.cost for t in p.contact)]
     if not reaching:
         raise PlanError(
-            f"the sheet metal beside the base face {net.base_face} is enclosed by the net and reaches the frame "
-            "nowhere; choose another base face with --base"
+            f"the sheet metal beside the base face {net.base_face} is enclosed by the net and reaches the "
+            "frame nowhere; choose another base face with --base"
         )
     cheapest = min(reaching, key=lambda p: (max(ways.cost[t] for t in p.contact), p.tab.edge, p.tab.start))
     tether = substrate.corridor(cheapest, ways)
@@ -124,7 +128,7 @@ def _held(
     )
 
 
-def tab_strip(tab: Tab, kerf_mm: float, reach_mm: float, inward_mm: float = 0.0) -> Any:
+def tab_strip(tab: Tab, kerf_mm: float, reach_mm: float, inward_mm: float = 0.0) -> Geometry:
     """Shapely rectangle over the stretch of ``tab``, ``kerf_mm`` longer, from the net edge outwards.
 
     The stretch runs counter-clockwise along the net, so outward is to its right.
@@ -183,7 +187,7 @@ def _spread(places: list[_Place]) -> list[_Place]:
 
 @dataclass(frozen=True)
 class _Ways:
-    """Cheapest ways from every triangle to the frame: cost, next triangle, and whether swept metal is needed."""
+    """Cheapest ways from every triangle to the frame: cost, next triangle, whether swept metal is needed."""
 
     cost: dict[int, float]
     following: dict[int, int]
@@ -228,7 +232,7 @@ class _Substrate:
         return tuple(near[shares > 1e-6].tolist())
 
     def ways(self, neck_mm: float, swept: frozenset[int]) -> _Ways:
-        """Dijkstra from the frame through sides at least ``neck_mm`` long; swept triangles cost a great deal."""
+        """Dijkstra from the frame through sides at least ``neck_mm`` long; swept triangles cost a lot."""
         cost = dict.fromkeys(self.frame, 0.0)
         following: dict[int, int] = {}
         blocked = dict.fromkeys(self.frame, False)

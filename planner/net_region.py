@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.net import Net
+
+if TYPE_CHECKING:
+    from shapely import Geometry
 
 __all__ = ["LEAST_KERF_MM", "boundary_edges", "grown", "net_union", "rectangle"]
 
@@ -15,21 +18,21 @@ LEAST_KERF_MM = 0.02
 """Narrower cuts are planned as if they were this wide."""
 
 
-def net_union(net: Net) -> Any:
+def net_union(net: Net) -> Geometry:
     """Union of the flat faces (a shapely polygon or multipolygon), places snapped to 1e-7 mm."""
     import shapely
 
     return shapely.union_all(shapely.polygons(net.vertices[net.faces]), grid_size=1e-7)
 
 
-def grown(region: Any, distance_mm: float) -> Any:
+def grown(region: Geometry, distance_mm: float) -> Geometry:
     """``region`` grown by ``distance_mm`` with mitred corners, very sharp ones blunted."""
     import shapely
 
     return shapely.buffer(region, distance_mm, join_style="mitre", mitre_limit=2.0)
 
 
-def rectangle(corners: NDArray[np.float64]) -> Any:
+def rectangle(corners: NDArray[np.float64]) -> Geometry:
     """Axis-aligned rectangle from (2, 2) lower and upper corner."""
     import shapely
 

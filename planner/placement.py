@@ -21,7 +21,7 @@ _EXTRA_TURNS = 180
 
 
 def place_net(net: Net, limits: MachineLimits, axis_rad: float | None = None) -> Net:
-    """Turn and shift ``net`` so that the rotary axis is the line y = 0 and the sheet is centred on the origin.
+    """Turn and shift ``net``: rotary axis on the line y = 0, sheet centred on the origin.
 
     Args:
         net: the net, anywhere in its plane.

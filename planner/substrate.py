@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from planner.net import Net
 from planner.net_region import LEAST_KERF_MM, grown, net_union, rectangle
 from planner.placement import sheet_extent
 from planner.triangulate import triangulate_polygons
+
+if TYPE_CHECKING:
+    from shapely import Geometry
 
 __all__ = ["EDGE_MM", "EDGE_SHARE", "LEAST_PIECE_MM2", "make_sheet", "substrate_region"]
 
@@ -60,7 +63,7 @@ def make_sheet(net: Net, limits: MachineLimits) -> Sheet:
     )
 
 
-def substrate_region(net: Net, limits: MachineLimits, inside: Any) -> list[Any]:
+def substrate_region(net: Net, limits: MachineLimits, inside: Geometry) -> list[Geometry]:
     """Polygons of the metal in ``inside`` that is neither net nor kerf, in a deterministic order."""
     import shapely
 

@@ -1,14 +1,17 @@
-"""Well-shaped triangles inside polygons: constrained triangulation, bounded edges, Delaunay flips, smoothing."""
+"""Well-shaped triangles in polygons: constrained triangulation, bounded edges, Delaunay flips, smoothing."""
 
 from __future__ import annotations
 
 import heapq
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from shapely import Geometry
 
 __all__ = ["triangulate_polygons"]
 
@@ -18,7 +21,7 @@ _SMOOTHING_PASSES = 3
 
 
 def triangulate_polygons(
-    polygons: Sequence[Any], longest_edge_mm: float
+    polygons: Sequence[Geometry], longest_edge_mm: float
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
     """Triangulate polygons that touch along whole sides as one conforming mesh.
 
@@ -31,7 +34,7 @@ def triangulate_polygons(
         longest_edge_mm: bound on every edge.
 
     Returns:
-        (vertices (S, 2) in mm, triangles (T, 3) counter-clockwise, number of the polygon of each triangle (T,)).
+        (vertices (S, 2) in mm, triangles (T, 3) counter-clockwise, polygon number of each triangle (T,)).
 
     Raises:
         ValueError: if a polygon is not valid.
@@ -50,7 +53,7 @@ def triangulate_polygons(
 
 
 class _Mesh:
-    """Triangles as a map from each directed edge to the corner opposite of it and the polygon it belongs to."""
+    """Triangles as maps from each directed edge to the corner opposite of it and to its polygon."""
 
     def __init__(self) -> None:
         self.points: list[tuple[float, float]] = []
@@ -59,7 +62,7 @@ class _Mesh:
         self.region: dict[tuple[int, int], int] = {}
         self.fixed: set[tuple[int, int]] = set()
 
-    def add_polygon(self, polygon: Any, region: int) -> None:
+    def add_polygon(self, polygon: Geometry, region: int) -> None:
         """Triangulate ``polygon`` on its own corners and add the triangles."""
         import shapely
 
@@ -206,9 +209,8 @@ class _Mesh:
         return made
 
     def _should_flip(self, a: int, b: int, c: int, d: int, left: float, right: float) -> bool:
-        """True if a b is not locally Delaunay and c d can take its place. Predicate: sum of opposite angles."""
+        """True if a b is not locally Delaunay (sum of opposite angles) and c d can take its place."""
         if left <= _LEAST_DOUBLED_AREA or right <= _LEAST_DOUBLED_AREA:
-            # One of the two present triangles may be flat too; then the better pair wins.
             return False
         old = min(self.orient(a, b, c), self.orient(b, a, d))
         if old <= _LEAST_DOUBLED_AREA:
