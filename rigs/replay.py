@@ -21,7 +21,14 @@ from rigs.job import Job
 from rigs.journal import Journal, JournalWriter, Outcome, read_journal
 from rigs.link import open_link
 from rigs.replay_blocks import ReplayBlock, ReplayJob, dark_block, frame_blocks, lit_block, replay_job
-from rigs.replay_checks import Certificate, check_certificate, check_identity, check_job, position_mistake
+from rigs.replay_checks import (
+    Certificate,
+    check_certificate,
+    check_dry_run,
+    check_identity,
+    check_job,
+    position_mistake,
+)
 from rigs.rig import Rig
 
 __all__ = ["Mode", "Progress", "replay"]
@@ -60,6 +67,7 @@ def replay(
     journal_path: Path,
     mode: Mode = "dry-run",
     certificate: Certificate | None = None,
+    dry_run_journal: Path | None = None,
     confirm: Callable[[str], bool] | None = None,
     ask: Callable[[str], bool] | None = None,
     home: bool | None = None,
@@ -81,6 +89,7 @@ def replay(
         journal_path: a new file for the journal.
         mode: what to do.
         certificate: hashes and verdict of the validation; needed to arm a real machine.
+        dry_run_journal: journal of a complete dry run of this job, where the rig demands one before arming.
         confirm: called before a real machine is armed, with a text that names job, rig and power cap.
         ask: called for blocks that need a person; False stops. An emulated machine needs no person.
         home: True allows the homing cycle, which moves the machine, False does not; None asks ``ask`` unless
@@ -109,6 +118,7 @@ def replay(
         check_identity(identity, rig, armed=mode == "arm")
         if mode == "arm" and not emulated:
             check_certificate(certificate, plan, rig)
+            check_dry_run(dry_run_journal, plan, rig)
         with contextlib.closing(
             JournalWriter(journal_path, durable=mode == "arm" and not emulated)
         ) as journal:

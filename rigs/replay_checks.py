@@ -5,16 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from rigs.controller import Identity
 from rigs.errors import JobError, MachineError
 from rigs.gate import Gate, split_words
+from rigs.journal import read_journal
 from rigs.replay_blocks import ReplayJob, lit_block
 from rigs.rig import Rig
 
 __all__ = [
     "Certificate",
     "check_certificate",
+    "check_dry_run",
     "check_identity",
     "check_job",
     "identity_mistakes",
@@ -104,6 +107,32 @@ def check_certificate(certificate: Certificate | None, job: ReplayJob, rig: Rig)
                 f"the validation belongs to another {name} ({have[:12] or 'none'}, this is {wanted[:12]}): "
                 "validate again before arming"
             )
+
+
+def check_dry_run(path: Path | None, job: ReplayJob, rig: Rig) -> None:
+    """Where the rig demands it, arm only after a complete dry run of this very job on the real machine.
+
+    Raises:
+        JobError: saying what is missing.
+    """
+    if not rig.safety.require_dry_run:
+        return
+    if path is None:
+        raise JobError(
+            f"{rig.name} demands a dry run of this job before it is armed: replay it with --dry-run"
+        )
+    done = read_journal(path)
+    header = done.header
+    if (
+        header.get("mode") != "dry-run"
+        or done.outcome != "complete"
+        or done.emulated
+        or header.get("job_sha256") != job.sha256
+        or header.get("rig_sha256") != rig.sha256
+    ):
+        raise JobError(
+            f"{path}: not the journal of a complete dry run of this job on this machine: do it again"
+        )
 
 
 def check_identity(identity: Identity, rig: Rig, *, armed: bool) -> None:

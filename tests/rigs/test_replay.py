@@ -15,6 +15,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 
 from rigs.emulator import start_emulator
@@ -23,7 +24,7 @@ from rigs.journal import Journal, read_journal
 from rigs.link import open_link
 from rigs.replay import Mode, Progress, replay
 from rigs.replay_blocks import PlainBlock, ReplayJob
-from rigs.replay_checks import Certificate, check_certificate
+from rigs.replay_checks import Certificate, check_certificate, check_dry_run
 from rigs.rig import load_rig
 from tests.rigs.replay_jobs import RIG, small_job
 
@@ -436,3 +437,21 @@ def test_a_real_machine_is_homed_when_a_person_says_so(
         done = replay(small_job(), machine.url, rig=RIG, journal_path=tmp_path / "b", ask=answer)
     assert done.outcome == "complete"
     assert asked == ["REAL machine grbl-4axis: home it now? It moves to its switches"] * 2
+
+
+def test_a_rig_may_demand_a_dry_run_of_this_very_job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    safety = msgspec.structs.replace(RIG.safety, require_dry_run=True)
+    rig = msgspec.structs.replace(RIG, safety=safety)
+    job = small_job(rig=rig)
+    with pytest.raises(JobError, match="demands a dry run"):
+        check_dry_run(None, job, rig)
+    check_dry_run(None, small_job(), RIG)
+    with start_emulator() as machine:
+        replay(job, machine.url, rig=rig, journal_path=tmp_path / "emulated")
+        with pytest.raises(JobError, match="not the journal of a complete dry run"):
+            check_dry_run(tmp_path / "emulated", job, rig)
+        monkeypatch.setattr("rigs.controller.Identity.emulated", property(lambda self: False))
+        replay(job, machine.url, rig=rig, journal_path=tmp_path / "real", home=True)
+    check_dry_run(tmp_path / "real", job, rig)
+    with pytest.raises(JobError, match="not the journal of a complete dry run"):
+        check_dry_run(tmp_path / "real", dataclasses.replace(job, sha256="d" * 64), rig)
