@@ -45,14 +45,14 @@ def coarsen(
     points, faces = (mesh.vertices - centre) / size, mesh.faces
     if count > 2 * _STOPOVER * max_faces:
         points, faces = _collapse(
-            points, faces, _STOPOVER * max_faces, 0.3, optimal=True, planar=1e-3, rim=True
+            points, faces, _STOPOVER * max_faces, 0.3, optimal=True, planar=1e-5, rim=True
         )
     shape = _topology(mesh)
     refusal: MeshError | None = None
     fewest = count
     for fewer, rim in product((1.0, 0.97, 0.9, 0.8), (True, False)):
         best: tuple[float, TriangleMesh] | None = None
-        for planar, quality, optimal in product((1e-3, 1e-1), (0.3, 0.8), (True, False)):
+        for planar, quality, optimal in product((1e-5, 1e-3), (0.3, 0.8), (True, False)):
             target = max(4, int(fewer * max_faces))
             some, triangles = _collapse(
                 points, faces, target, quality, optimal=optimal, planar=planar, rim=rim

@@ -6,20 +6,18 @@ Every repair leaves a notice. What cannot be repaired without a choice is left f
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.mesh_edges import components, edge_table, face_heights
+from planner.mesh_t_junctions import split_t_junctions
 from planner.raw_mesh import TriangleMesh, counted
 
 __all__ = ["JOIN_FRACTION", "repair"]
 
 JOIN_FRACTION = 2e-5
 """Vertices on open edges that are nearer than this fraction of the longest side are one vertex."""
-
-_MOST_OPEN_EDGES = 20_000
 
 
 def repair(mesh: TriangleMesh, tiny: float) -> TriangleMesh:
@@ -35,11 +33,16 @@ def repair(mesh: TriangleMesh, tiny: float) -> TriangleMesh:
     """
     mesh = _drop_unused(mesh, silent=mesh.raw.soup)
     near = JOIN_FRACTION * float(np.ptp(mesh.vertices, axis=0).max(initial=0.0))
-    mesh = _join_vertices(mesh, near)
-    mesh = _drop_repeated_corners(mesh)
-    mesh = _drop_duplicates(mesh)
+    mesh = _drop_duplicates(_drop_repeated_corners(mesh))
+    if mesh.raw.soup or int(_pieces(mesh).max()) > 0:
+        # A mesh of one piece in a format with shared vertices is left alone: edges that coincide in it
+        # without being joined are open slits, and its index lists say so.
+        mesh = _drop_duplicates(_drop_repeated_corners(_join_equal(mesh)))
+        mesh = _drop_duplicates(_drop_repeated_corners(_join_near(mesh, near)))
+    else:
+        mesh = _tell_slits(mesh)
     mesh = _drop_slivers(mesh, tiny)
-    mesh = _split_t_junctions(mesh, max(near, 2.0 * tiny))
+    mesh = split_t_junctions(mesh, max(near, 2.0 * tiny))
     mesh = _drop_debris(mesh)
     return _drop_unused(mesh, silent=True)
 
@@ -80,40 +83,45 @@ def _relabelled(labels: NDArray[np.int64]) -> NDArray[np.int64]:
     return out
 
 
-def _join_vertices(mesh: TriangleMesh, near: float) -> TriangleMesh:
-    """Join equal vertices, where the format repeats them or the mesh falls apart without it.
-
-    A mesh of one piece in a format with shared vertices is left alone: edges that coincide in it without
-    being joined are open slits, and the index lists say so.
-    """
-    soup = mesh.raw.soup
-    if not soup and int(_pieces(mesh).max()) == 0:
+def _tell_slits(mesh: TriangleMesh) -> TriangleMesh:
+    """Say how many vertices coincide without being joined."""
+    distinct = len(np.unique(mesh.vertices + 0.0, axis=0))
+    extra = len(mesh.vertices) - distinct
+    if not extra:
         return mesh
+    notice = (
+        f"kept open slits: {counted(extra, 'vertex', 'vertices')} at the place of another "
+        "(to close them, merge vertices by distance in a modelling program)"
+    )
+    return replace(mesh, notices=(*mesh.notices, notice))
+
+
+def _join_equal(mesh: TriangleMesh) -> TriangleMesh:
+    """Let vertices at equal positions be one vertex."""
     points = mesh.vertices + 0.0  # no negative zero
     order = np.lexsort(points.T)
     fresh = np.ones(len(points), dtype=np.bool_)
     fresh[1:] = (points[order[1:]] != points[order[:-1]]).any(axis=1)
     labels = np.empty(len(points), dtype=np.int64)
     labels[order] = np.cumsum(fresh)
+    return _merged(mesh, labels, "" if mesh.raw.soup else "listed more than once")
+
+
+def _join_near(mesh: TriangleMesh, near: float) -> TriangleMesh:
+    """Let vertices on open edges that are within ``near`` of each other be one vertex."""
+    close = _near_open_vertices(mesh.vertices, mesh.faces, near)
+    labels = components(len(mesh.vertices), close)
+    return _merged(mesh, labels, f"within {near:.2g} of others on open edges")
+
+
+def _merged(mesh: TriangleMesh, labels: NDArray[np.int64], which: str) -> TriangleMesh:
+    """Join vertices of equal label; ``which`` says in words which these are, "" says nothing."""
     keep = _relabelled(labels)
-    joined = int((keep != np.arange(len(keep))).sum())
-    faces = keep[mesh.faces]
-    notices = (
-        []
-        if soup or not joined
-        else [f"joined {counted(joined, 'vertex', 'vertices')} listed more than once"]
-    )
-    close = _near_open_vertices(points, faces, near)
-    if len(close):
-        merged = _relabelled(components(len(points), close))
-        faces = merged[faces]
-        moved = int((merged != np.arange(len(merged))).sum())
-        notices.append(
-            f"joined {counted(moved, 'vertex', 'vertices')} within {near:.2g} of others on open edges"
-        )
-    if not joined and not len(close):
+    gone = int((keep != np.arange(len(keep))).sum())
+    if not gone:
         return mesh
-    return _drop_unused(_with(mesh, faces, mesh.origin, *notices), silent=True)
+    notices = (f"joined {counted(gone, 'vertex', 'vertices')} {which}",) if which else ()
+    return _drop_unused(_with(mesh, keep[mesh.faces], mesh.origin, *notices), silent=True)
 
 
 def _near_open_vertices(
@@ -194,7 +202,7 @@ def _drop_slivers(mesh: TriangleMesh, tiny: float) -> TriangleMesh:
     low = face_heights(mesh.vertices, faces) < tiny
     places = mesh.places(np.flatnonzero(low))
     notice = f"removed {counted(int(low.sum()), 'needle face')} too thin to be cut ({places})"
-    slim = _split_t_junctions(_with(mesh, faces[~low], mesh.origin[~low], notice), 2.0 * tiny)
+    slim = split_t_junctions(_with(mesh, faces[~low], mesh.origin[~low], notice), 2.0 * tiny)
     if _open_length(slim.vertices, slim.faces) > 1.001 * before + 20.0 * tiny:
         raise mesh.error(
             f"{counted(int(low.sum()), 'needle face')} (less than {tiny:.2g} high) cannot be cut, and taking "
@@ -202,92 +210,6 @@ def _drop_slivers(mesh: TriangleMesh, tiny: float) -> TriangleMesh:
             "remesh or merge vertices by distance in a modelling program",
         )
     return slim
-
-
-def _split_t_junctions(mesh: TriangleMesh, near: float) -> TriangleMesh:
-    """Split triangles where an open edge runs along a whole chain of other open edges.
-
-    The chain must start and end at the corners of the edge, so that nothing else than a T-junction fits.
-    """
-    split = 0
-    for _ in range(20):
-        table = edge_table(mesh.faces)
-        open_edges = np.flatnonzero(table.count == 1)
-        if not 3 <= len(open_edges) <= _MOST_OPEN_EDGES:
-            break
-        rounds = _split_once(mesh, table.of_face, table.edges[open_edges], open_edges, near)
-        if rounds is None:
-            break
-        mesh, count = rounds
-        split += count
-    if split:
-        return replace(mesh, notices=(*mesh.notices, f"joined {counted(split, 'T-junction')}"))
-    return mesh
-
-
-def _split_once(
-    mesh: TriangleMesh,
-    of_face: NDArray[np.int64],
-    ends: NDArray[np.int64],
-    open_edges: NDArray[np.int64],
-    near: float,
-) -> tuple[TriangleMesh, int] | None:
-    """Split at most one edge of every triangle; None if there is nothing to split."""
-    from scipy.spatial import cKDTree
-
-    rim = np.unique(ends)
-    tree = cKDTree(mesh.vertices[rim])
-    is_open = {tuple(e) for e in ends.tolist()}
-    open_set = np.zeros(int(of_face.max()) + 1, dtype=np.bool_)
-    open_set[open_edges] = True
-    parts: list[list[int]] = []
-    origin: list[int] = []
-    count = 0
-    for face, corners in enumerate(mesh.faces.tolist()):
-        chain: list[int] = []
-        for k in range(3):
-            if open_set[of_face[face, k]]:
-                a, b, c = corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]
-                chain = _chain_along(mesh.vertices, rim, tree, is_open, (a, b, c), near)
-                if chain:
-                    break
-        if not chain:
-            parts.append(corners)
-            origin.append(int(mesh.origin[face]))
-            continue
-        count += len(chain)
-        run = [a, *chain, b]
-        parts.extend([p, q, c] for p, q in pairwise(run))
-        origin.extend([int(mesh.origin[face])] * (len(run) - 1))
-    if not count:
-        return None
-    return _with(mesh, np.array(parts, dtype=np.int64), np.array(origin, dtype=np.int64)), count
-
-
-def _chain_along(
-    vertices: NDArray[np.float64],
-    rim: NDArray[np.int64],
-    tree: object,
-    is_open: set[tuple[int, ...]],
-    corners: tuple[int, int, int],
-    near: float,
-) -> list[int]:
-    """Vertices of the open edges that run from a to b along the edge (a, b) of triangle (a, b, c)."""
-    a, b, c = corners
-    start, side = vertices[a], vertices[b] - vertices[a]
-    length = float(np.linalg.norm(side))
-    found = rim[tree.query_ball_point(start + side / 2.0, length / 2.0 + near)]  # type: ignore[attr-defined]  # scipy is imported where it is used
-    inner = []
-    for vertex in np.sort(found).tolist():
-        if vertex in (a, b, c):
-            continue
-        away = vertices[vertex] - start
-        along = float(away @ side) / length
-        if near < along < length - near and float(np.linalg.norm(away - side * along / length)) <= near:
-            inner.append((along, vertex))
-    run = [a, *(v for _, v in sorted(inner)), b]
-    links = [(min(p, q), max(p, q)) in is_open for p, q in pairwise(run)]
-    return run[1:-1] if len(run) > 2 and all(links) else []
 
 
 def _pieces(mesh: TriangleMesh) -> NDArray[np.int64]:

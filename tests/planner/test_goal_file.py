@@ -47,5 +47,5 @@ def test_damaged_files_are_refused(tmp_path):
     whole = path.read_bytes()
     for end in range(len(whole)):
         path.write_bytes(whole[:end])
-        with pytest.raises(FormatError, match="goal.ply"):
+        with pytest.raises(FormatError, match=r"goal\.ply"):
             read_goal_ply(path)

@@ -160,8 +160,8 @@ def test_messages_name_the_line_and_what_was_expected(tmp_path, suffix, text, sa
 
 def test_ply_with_other_elements_lists_of_mixed_length_and_big_endian(tmp_path):
     header = (
-        "ply\nformat binary_big_endian 1.0\ncomment x\nelement vertex 5\nproperty double x\nproperty double y\n"
-        "property double z\nproperty uchar red\nelement face 2\nproperty uchar flags\n"
+        "ply\nformat binary_big_endian 1.0\ncomment x\nelement vertex 5\nproperty double x\n"
+        "property double y\nproperty double z\nproperty uchar red\nelement face 2\nproperty uchar flags\n"
         "property list uchar uint vertex_index\nelement edge 1\nproperty int a\nend_header\n"
     )
     vertex = np.zeros(5, dtype=[("p", ">f8", 3), ("red", "u1")])
