@@ -240,20 +240,39 @@ def sheet_hits(
     tree: FlatTree, result: FoldResult, problem: FoldProblem, bodies: NDArray[np.float64]
 ) -> dict[int, int]:
     """Substrate triangles that the folds sweep → number of the first fold that does."""
-    from planner._kernels.sweep_kernels import swept_sheet
+    from planner._kernels.contact_kernels import turn_contact
+    from planner._kernels.plan_kernels import turn_solids
     from planner._kernels.tree_kernels import subtree_ranges
 
-    folds = result.steps[result.steps[:, 0] == 1]
-    solids = problem.solids(tree)
+    count = len(tree.parent)
+    solids = np.concatenate([problem.solids(tree), bodies])
     centres, radii = bounding_spheres(solids)
-    sheet_centres, sheet_radii = bounding_spheres(bodies)
     preorder, first, last = subtree_ranges(tree.parent, tree.order)
     hinges, _ = hinge_lines(tree)
-    found = swept_sheet(
-        folds[:, 1].astype(np.int64), folds[:, 2].copy(), preorder, first, last, hinges,
-        solids, centres, radii, bodies, sheet_centres, sheet_radii,
-    )  # fmt: skip
-    return {int(body): int(fold) for body, fold in enumerate(found) if fold >= 0}
+    present = np.arange(len(solids)) >= count
+    moving, sharp, work = np.zeros(len(solids), np.bool_), np.zeros(len(solids), np.bool_), np.empty((30, 3))
+    angle = np.zeros(count)
+    found: dict[int, int] = {}
+    for number, (_, which, value) in enumerate(result.steps[result.steps[:, 0] == 1].tolist()):
+        face = int(which)
+        turn = value - angle[face]
+        members = preorder[first[face] : last[face]]
+        ox, oy, ux, uy = (float(x) for x in hinges[face])
+        sign = math.copysign(1.0, turn)
+        moving[members] = True
+        while True:
+            _, _, body = turn_contact(
+                face, int(tree.parent[face]), members, moving, solids, centres, radii, sharp, present,
+                ox, oy, sign * ux, sign * uy, abs(turn), work,
+            )  # fmt: skip
+            if body < 0:
+                break
+            found[int(body) - count] = number
+            present[body] = False
+        moving[members] = False
+        turn_solids(solids, centres, members, ox, oy, ux, uy, turn)
+        angle[face] = value
+    return found
 
 
 def _metrics(net: Net, sheet: Sheet, hold: Hold, result: FoldResult) -> PlanMetrics:

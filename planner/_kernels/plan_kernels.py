@@ -68,6 +68,40 @@ def sight_limit(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
+def free_angle(  # type: ignore[no-untyped-def]
+    face, parent, members, moving_mask, solids, centres, radii, sharp, present,
+    ox, oy, ux, uy, wanted, margin, work,
+):  # fmt: skip
+    """Angle up to ``wanted`` that the ``members`` turn without contact, kept ``margin`` short of one.
+
+    Returns:
+        (angle, solid that is met, -1 if none)
+    """
+    for m in members:
+        moving_mask[m] = True
+    free, _, by = turn_contact(
+        face,
+        parent,
+        members,
+        moving_mask,
+        solids,
+        centres,
+        radii,
+        sharp,
+        present,
+        ox,
+        oy,
+        ux,
+        uy,
+        wanted,
+        work,
+    )
+    for m in members:
+        moving_mask[m] = False
+    return (max(0.0, free - margin) if by >= 0 else wanted), by
+
+
+@njit(cache=True)
 def fold_greedily(  # type: ignore[no-untyped-def]
     parent, preorder, first, last, hinges, lengths, target, rank, lever,
     solids, centres, radii, sharp, present, flat, panel, faces,
@@ -109,14 +143,19 @@ def fold_greedily(  # type: ignore[no-untyped-def]
     frozen = np.zeros(n, np.bool_)
     waiting = np.zeros(n, np.int64)
     cause = np.zeros(n, np.int64)
-    blocker = np.full(n, -1, np.int64)
+    blocker = np.empty(n, np.int64)
+    blocker[:] = -1
     stopped_at = np.zeros(n)
     stamp = np.zeros(total, np.int64)
-    contact_time = np.full(n, -1, np.int64)
-    contact_by = np.full(n, -1, np.int64)
+    contact_time = np.empty(n, np.int64)
+    contact_by = np.empty(n, np.int64)
+    contact_time[:] = -1
+    contact_by[:] = -1
     contact_angle = np.zeros(n)
-    sight_time = np.full((n, options), -1, np.int64)
-    sight_by = np.full((n, options), -1, np.int64)
+    sight_time = np.empty((n, options), np.int64)
+    sight_by = np.empty((n, options), np.int64)
+    sight_time[:] = -1
+    sight_by[:] = -1
     sight_angle = np.zeros((n, options))
     moving_mask = np.zeros(total, np.bool_)
     work, turned, intervals = np.zeros((30, 3)), np.empty((3, 3)), np.empty((total, 2))
@@ -180,51 +219,13 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                         ):
                             free = contact_angle[f]
                         else:
-                            for m in members:
-                                moving_mask[m] = True
-                            if sign > 0.0:
-                                free, _, by = turn_contact(
-                                    f,
-                                    parent[f],
-                                    members,
-                                    moving_mask,
-                                    solids,
-                                    centres,
-                                    radii,
-                                    sharp,
-                                    present,
-                                    ox,
-                                    oy,
-                                    ux,
-                                    uy,
-                                    wanted,
-                                    work,
-                                )
-                            else:
-                                free, _, by = turn_contact(
-                                    f,
-                                    parent[f],
-                                    members,
-                                    moving_mask,
-                                    solids,
-                                    centres,
-                                    radii,
-                                    sharp,
-                                    present,
-                                    ox,
-                                    oy,
-                                    -ux,
-                                    -uy,
-                                    wanted,
-                                    work,
-                                )
-                            for m in members:
-                                moving_mask[m] = False
+                            free, by = free_angle(
+                                f, parent[f], members, moving_mask, solids, centres, radii, sharp, present,
+                                ox, oy, sign * ux, sign * uy, wanted, margin, work,
+                            )  # fmt: skip
+                            contact_time[f] = -1
                             if by >= 0:
-                                free = max(0.0, free - margin)
                                 contact_time[f], contact_by[f], contact_angle[f] = clock, by, free
-                            else:
-                                contact_time[f] = -1
                     full = free >= wanted
                     if conceded[f] and not full:
                         continue
@@ -314,21 +315,16 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         across = ux * ex + uy * ey
         why, who = int(reach_out[0]), int(reach_out[1])
         # what was remembered are upper bounds: measure again, now that everything else stands still
-        for m in members:
-            moving_mask[m] = True
         free = abs(target[f] - angle[f])
         if use_contact:
-            free, _, by = turn_contact(
+            free, by = free_angle(
                 f, parent[f], members, moving_mask, solids, centres, radii, sharp, present,
-                ox, oy, sign * ux, sign * uy, free, work,
+                ox, oy, sign * ux, sign * uy, free, margin, work,
             )  # fmt: skip
             if by >= 0:
-                free = max(0.0, free - margin)
                 contact_time[f], contact_by[f], contact_angle[f] = clock, by, free
                 if why == BY_CONTACT:
                     who = by
-        for m in members:
-            moving_mask[m] = False
         for _ in range(STAGES):
             view, tilted, reach = rotary[best_option], False, free
             if use_sight:

@@ -94,11 +94,17 @@ def _along(p, ax, ay, ux, uy, kx, ky):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def union_share(intervals, count):  # type: ignore[no-untyped-def]
-    """Length of the union of ``intervals[:count]`` (K, 2) within [END_SHARE, 1 - END_SHARE], as a share of that."""
+    """Share of [END_SHARE, 1 - END_SHARE] covered by ``intervals[:count]`` (K, 2), which get sorted."""
     lo_end, hi_end = END_SHARE, 1.0 - END_SHARE
-    order = np.argsort(intervals[:count, 0])
+    for k in range(1, count):  # insertion sort: there are few intervals
+        lo, hi = intervals[k, 0], intervals[k, 1]
+        j = k - 1
+        while j >= 0 and intervals[j, 0] > lo:
+            intervals[j + 1, 0], intervals[j + 1, 1] = intervals[j, 0], intervals[j, 1]
+            j -= 1
+        intervals[j + 1, 0], intervals[j + 1, 1] = lo, hi
     covered, reach = 0.0, lo_end
-    for k in order:
+    for k in range(count):
         lo, hi = max(intervals[k, 0], reach), min(intervals[k, 1], hi_end)
         if hi > lo:
             covered += hi - lo
