@@ -18,6 +18,7 @@ from twin.units import GRAVITY_MM_S2
 __all__ = ["LoadedModel", "quiet_mujoco"]
 
 _FACE_BITS, _SHEET_BITS, _NO_BITS = (1, 3), (2, 1), (0, 0)
+_NOTICE_ONLY_MM = 10.0
 _MOVING_BITS, _REST_BITS = (4, 8), (8, 4)
 
 
@@ -119,6 +120,11 @@ class LoadedModel:
         self._set_bits(self.piece_geom[~turn.moving_pieces], _REST_BITS, SHEET_GROUP)
         self._set_bits(self.piece_geom[turn.gone], _NO_BITS, HIDDEN_GROUP)
         self._sum_up_bits()
+
+    def contact_forces(self, on: bool) -> None:
+        """Whether contacts push, or are only noticed (found at ``margin + gap``, pushing at ``margin``)."""
+        self.model.geom_margin[:] = 0.0 if on else -_NOTICE_ONLY_MM
+        self.model.geom_gap[:] = 0.0 if on else _NOTICE_ONLY_MM
 
     def _set_bits(self, geoms: NDArray[np.int64], bits: tuple[int, int], group: int) -> None:
         self.model.geom_contype[geoms], self.model.geom_conaffinity[geoms] = bits

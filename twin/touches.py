@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,7 +24,8 @@ class Touch:
         faces: faces of the net that take part.
         substrate: substrate triangles that take part.
         depth_mm: how deep.
-        force_n: normal force, N.
+        force_n: force with which the hinges between the two would press them together, N (an estimate).
+        yield_share: moment of that force on the hinge that it loads most, as a share of its yield moment.
         angle_rad: angle of the turning hinge.
         time_s: simulated time.
     """
@@ -36,6 +36,7 @@ class Touch:
     force_n: float
     angle_rad: float
     time_s: float
+    yield_share: float = 0.0
 
     @property
     def pair(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
@@ -47,23 +48,51 @@ def touches(plan: FoldPlan, loaded: LoadedModel, turn: Turn, tolerance_mm: float
     """Present contacts deeper than ``tolerance_mm`` between bodies that no crease joins."""
     data = loaded.data
     found = []
-    force = np.zeros(6)
     for n in np.flatnonzero(data.contact.dist < -tolerance_mm).tolist():
-        faces, substrate = named(
-            plan, loaded, tuple(int(g) for g in data.contact.geom[n]), data.contact.pos[n]
-        )
+        where, depth = data.contact.pos[n], -float(data.contact.dist[n])
+        faces, substrate = named(plan, loaded, tuple(int(g) for g in data.contact.geom[n]), where)
         if len(faces) == 2 and (
             int(plan.net.parent[faces[0]]) == faces[1] or int(plan.net.parent[faces[1]]) == faces[0]
         ):
             continue
-        mujoco.mj_contactForce(loaded.model, data, n, force)
-        found.append(
-            Touch(
-                faces, substrate, -float(data.contact.dist[n]), force_n(float(force[0])),
-                float(data.qpos[loaded.qpos_address(turn.joint)]), float(data.time),
-            )
-        )  # fmt: skip
+        force, share = elastic_press(loaded, faces, where, depth)
+        angle = float(data.qpos[loaded.qpos_address(turn.joint)])
+        found.append(Touch(faces, substrate, depth, force, angle, float(data.time), share))
     return found
+
+
+def elastic_press(
+    loaded: LoadedModel, faces: tuple[int, ...], where: NDArray[np.float64], depth_mm: float
+) -> tuple[float, float]:
+    """Force in N, and its largest moment over yield, if hinges gave way by ``depth_mm`` at ``where`` (3,).
+
+    The hinges between the two bodies (between face and base for substrate) are springs in series, each with
+    the distance of ``where`` from its axis as arm: F = depth / sum(arm^2 / k). Rigid faces, no friction.
+    """
+    side, data, model = loaded.compiled.side, loaded.data, loaded.model
+    paths = [_creases_to_base(loaded, face) for face in faces]
+    between = paths[0] ^ paths[1] if len(paths) == 2 else paths[0] if paths else set()
+    compliance, loads = 0.0, []
+    for crease in sorted(between):
+        joint = loaded.joint[f"crease_{crease}"]
+        arm = float(np.linalg.norm(np.cross(where - data.xanchor[joint], data.xaxis[joint])))
+        stiffness = float(model.jnt_stiffness[joint].flat[0])
+        compliance += arm**2 / stiffness
+        loads.append(arm / (stiffness * side.hinge.yield_rad))
+    if compliance <= 0.0:
+        return 0.0, float("inf")
+    force = depth_mm / compliance
+    return force_n(force), force * max(loads)
+
+
+def _creases_to_base(loaded: LoadedModel, face: int) -> set[int]:
+    side, parent = loaded.compiled.side, loaded.net.parent
+    out = set()
+    while side.panel_of[face] != 0:
+        panel = side.panel_of[face]
+        out.add(int(side.panel_crease[panel]))
+        face = int(parent[side.panel_root[panel]])
+    return out
 
 
 def named(

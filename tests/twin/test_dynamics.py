@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
@@ -14,9 +16,11 @@ from twin.dynamics import RunSettings, dynamic_run
 from twin.errors import ModelError
 from twin.heating_interface import EqualPasses, ProcessHeating
 from twin.hinge_law import STEEL_304, SheetMetal
+from twin.loaded_model import LoadedModel
 from twin.mjcf_model import compile_model
 from twin.sweep import kinematic_sweep
 from twin.timeline import turns
+from twin.touches import elastic_press
 
 BLIND = RunSettings(sight_every_rad=100.0)
 
@@ -151,3 +155,36 @@ def test_simulation_leaves_no_log_in_the_working_directory(tmp_path, monkeypatch
     run(plan, RunSettings(largest_rate_rad_s=1e-3))
     assert list(tmp_path.iterdir()) == []
     assert mujoco.get_mju_user_warning() is None
+
+
+SOFT = SheetMetal(2e9, 0.3, 265e6, 7900.0)
+
+
+def test_sagging_faces_that_touch_are_noted_and_heavy_ones_are_sag() -> None:
+    plan = plan_of(breadth_first_net(box(20, 20, 20)))
+    light = run(plan, BLIND, metal=SOFT)
+    assert light.events == ()
+    assert light.touches
+    assert all(t.kind == "sag" and t.depth_mm > 0.01 and t.force_n > 0.0 for t in light.touches)
+    heavy = run(plan, replace(BLIND, heavy_yield_share=1e-9), metal=SOFT)
+    assert {e.kind for e in heavy.events} == {"sag"}
+    assert {e.pair for e in heavy.events} == {t.pair for t in light.touches}
+    assert heavy.finished
+    # contacts are noticed only: what is noticed does not change where the part goes
+    assert heavy.angles_rad == pytest.approx(light.angles_rad, abs=1e-12)
+
+
+def test_press_of_one_hinge_is_depth_times_stiffness_over_arm_squared() -> None:
+    net = breadth_first_net(star())
+    loaded = LoadedModel(compile_model(plan_of(net)), net)
+    face = int(np.flatnonzero(loaded.compiled.side.panel_of != 0)[0])
+    joint = loaded.joint[f"crease_{net.crease_of[face]}"]
+    stiffness = float(loaded.model.jnt_stiffness[joint].flat[0])
+    along, up = loaded.data.xaxis[joint], np.array([0.0, 0.0, 1.0])
+    where = loaded.data.xanchor[joint] + 3.0 * along + 7.0 * np.cross(along, up)
+    force, share = elastic_press(loaded, (face,), where, 0.2)
+    assert force * 1e6 == pytest.approx(0.2 * stiffness / 7.0**2, rel=1e-9)
+    assert share == pytest.approx(0.2 / 7.0 / loaded.compiled.side.hinge.yield_rad, rel=1e-9)
+    base = int(net.base_face)
+    assert elastic_press(loaded, (face, base), where, 0.2)[0] == pytest.approx(force, rel=1e-12)
+    assert elastic_press(loaded, (base,), where, 0.2) == (0.0, float("inf"))
