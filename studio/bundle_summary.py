@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from studio.report_validation import event_text
 from studio.summary import Summary
 from studio.words import blocked_values
 
@@ -64,7 +65,18 @@ def bundle_summary(ws: Workspace, replay: str = "") -> Summary:
     validation = validation_values(ws)
     if validation is not None:
         known["verdict"] = str(validation["verdict"])
+        if known["verdict"] != "pass":
+            known["reason"] = _reason(validation)
     return Summary(**known)
+
+
+def _reason(validation: dict[str, Any]) -> str:
+    """The first event of the kind that decided the verdict, and how many there are."""
+    events = [e for e in validation.get("events", ()) if e.get("kind") == validation["verdict"]]
+    if not events:
+        return "; ".join(map(str, validation.get("warnings", ())))
+    more = f" (and {len(events) - 1} more, see report.html)" if len(events) > 1 else ""
+    return event_text(events[0]) + more
 
 
 def step_settings(ws: Workspace) -> dict[int, StepSetting]:

@@ -220,7 +220,7 @@ def _plain(value: object) -> str:
         return f"{value:.4g}"
     if isinstance(value, Mapping):
         return ", ".join(
-            f"{str(k).replace('_', ' ')} {_plain(v)}" for k, v in value.items() if v not in (None, "")
+            f"{str(k).replace('_', ' ')} {_plain(v)}" for k, v in sorted(value.items()) if v not in (None, "")
         )
     if isinstance(value, Iterable) and not isinstance(value, str):
         items = list(value)

@@ -71,7 +71,7 @@ def plan_stage(ws: Workspace, options: PlanOptions) -> None:
         UsageError: if an option asks for what the rig cannot do.
     """
     from planner.fold_file import write_fold
-    from planner.plan_file import write_plan
+    from planner.plan_file import read_plan, write_plan
     from planner.plan_folds import plan_folds
     from planner.sheet_dxf import write_sheet_dxf
     from planner.sheet_svg import write_sheet_svg
@@ -90,10 +90,12 @@ def plan_stage(ws: Workspace, options: PlanOptions) -> None:
             ws.net, limits, seed=options.seed, budget_s=options.budget_s, fixed_base=options.fixed_base,
             keep_net=options.keep_net, without=options.without, on_progress=ws.progress.update,
         )  # fmt: skip
-        process = plan_process(plan, ws.rig, ws.material)
-        plan = plan.with_metrics(energy_j=process.energy_j, seconds=process.seconds)
         write_fold(plan.net, ws.path("net.fold"))
         ws.record("net", "net.fold")
+        # The process follows from the plan as it is read back, so that a later run of a stage cannot differ.
+        write_plan(plan, ws.path("plan.json"), ws.hashes("goal", "net"))
+        process = plan_process(read_plan(ws.path("plan.json"), ws.net), ws.rig, ws.material)
+        plan = plan.with_metrics(energy_j=process.energy_j, seconds=process.seconds)
         write_plan(plan, ws.path("plan.json"), ws.hashes("goal", "net"))
         write_sheet_svg(plan, ws.path("sheet.svg"))
         write_sheet_dxf(plan, ws.path("sheet.dxf"))
@@ -101,6 +103,7 @@ def plan_stage(ws: Workspace, options: PlanOptions) -> None:
     ws.manifest.parameters["plan"] = parameters(options)
     ws.manifest.process = {"sha256": process.sha256}
     ws.record("plan", "plan.json", "sheet.svg", "sheet.dxf")
+    ws.process = process
 
 
 def validate_stage(ws: Workspace) -> str:

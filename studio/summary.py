@@ -35,6 +35,7 @@ class Summary:
         seconds: machine time.
         energy_j: laser energy.
         verdict: of the validation, or ``not validated``.
+        reason: why the verdict is no, in words.
         rig: name of the machine.
         material: name of the material.
         thickness_mm: of the sheet.
@@ -62,6 +63,7 @@ class Summary:
     seconds: float | None = None
     energy_j: float | None = None
     verdict: str = "not validated"
+    reason: str = ""
     rig: str = ""
     material: str = ""
     thickness_mm: float = 0.0
@@ -117,6 +119,8 @@ class Summary:
             rows.append(("replay", self.replay))
         if self.planned:
             rows.append(("verdict", self.verdict))
+        if self.reason:
+            rows.append(("because", self.reason))
         if self.bundle:
             rows.append(("bundle", self.bundle))
         return rows

@@ -26,6 +26,16 @@ __all__ = ["MATERIAL_FILE", "RIG_FILE", "Workspace"]
 RIG_FILE = "rig.toml"
 MATERIAL_FILE = "material.toml"
 
+_FROM_PLAN = ("plan", "process", "job", "gcode")
+_READ_FROM = {
+    "goal.ply": ("goal", "net", *_FROM_PLAN),
+    "net.fold": ("net", *_FROM_PLAN),
+    "plan.json": _FROM_PLAN,
+    RIG_FILE: ("rig", "limits", *_FROM_PLAN),
+    MATERIAL_FILE: ("material", "limits", *_FROM_PLAN),
+}
+"""File → the values that follow from it."""
+
 
 @dataclass
 class Workspace:
@@ -51,12 +61,9 @@ class Workspace:
     def record(self, stage: str, *names: str) -> None:
         """Note files that a stage wrote, and forget what was read from them before."""
         self.manifest.record(self.folder, stage, list(names))
-        readers = {"goal.ply": "goal", "net.fold": "net", "plan.json": "plan", RIG_FILE: "rig"}
-        readers[MATERIAL_FILE] = "material"
         for name in names:
-            self.__dict__.pop(readers.get(name, ""), None)
-        for derived in ("limits", "process", "job", "gcode"):
-            self.__dict__.pop(derived, None)
+            for value in _READ_FROM.get(name, ()):
+                self.__dict__.pop(value, None)
 
     def finish(self) -> None:
         """Write the manifest."""

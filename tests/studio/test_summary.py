@@ -61,6 +61,12 @@ def test_a_terminal_gets_a_table():
     assert "blocked: crease 1 stops at -77.9° of -129.8°" in text
 
 
+def test_a_verdict_of_no_says_why():
+    stream = io.StringIO()
+    print_summary(small_summary(verdict="contact", reason="step 3: contact, faces 1, 2"), stream=stream)
+    assert "verdict      contact\nbecause      step 3: contact, faces 1, 2\n" in stream.getvalue()
+
+
 def test_headline():
     assert small_summary().headline() == (
         "6 faces, folded 90.0 %, 1 crease blocked by collision, 0.1 mm 304 on grbl-4axis"
