@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,7 @@ def read_gltf(data: bytes, path: Path, source: str) -> RawMesh:
                 else f"cut off: the header announces {announced} bytes, there are {len(data)}"
             )
             raise file_error(source, what, "export the mesh again")
+    _require_sane_counts(data, source)
     import trimesh
 
     try:
@@ -62,6 +64,12 @@ def read_gltf(data: bytes, path: Path, source: str) -> RawMesh:
     corners = np.concatenate(
         [(f + o).ravel() for (_, f), o in zip(pieces, offsets[:-1].tolist(), strict=True)]
     )
+    if any(faces.min() < 0 or faces.max() >= len(points) for points, faces in pieces):
+        raise file_error(
+            source,
+            "a triangle refers to a vertex that does not exist",
+            "the file is damaged, export it again",
+        )
     return RawMesh(
         source,
         np.concatenate([points for points, _ in pieces]),
@@ -71,3 +79,21 @@ def read_gltf(data: bytes, path: Path, source: str) -> RawMesh:
         single_precision=True,
         unit_mm=METRE_MM,
     )
+
+
+def _require_sane_counts(data: bytes, source: str) -> None:
+    """Refuse accessors that announce more elements than can be read: they need no bytes in the file."""
+    text = data
+    if data[:4] == b"glTF":
+        text = data[20 : 20 + int.from_bytes(data[12:16], "little")]
+    try:
+        accessors = json.loads(text)["accessors"]
+        largest = max((int(a["count"]) for a in accessors), default=0)
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        raise file_error(source, "no glTF description with accessors", "export the mesh again") from error
+    if not 0 < largest <= 3 * MOST_FACES:
+        raise file_error(
+            source,
+            f"an accessor announces {largest} elements",
+            f"the file is damaged or larger than the {MOST_FACES} faces that can be read",
+        )

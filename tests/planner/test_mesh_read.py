@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -83,6 +85,11 @@ def test_gltf_with_its_buffer_beside_it_and_without(tmp_path):
         (tmp_path / name).write_bytes(part)
     goal = read_goal(tmp_path / "model.gltf", scale=1.0)
     assert np.allclose(goal.vertices[goal.faces], trimesh.transform_points(CORNERS, turn)[FACES], atol=1e-4)
+    text = (tmp_path / "model.gltf").read_text()
+    count = json.loads(text)["accessors"][0]["count"]
+    (tmp_path / "lying.gltf").write_text(text.replace(f'"count":{count}', '"count":9999999999'))
+    with pytest.raises(MeshError, match="announces 9999999999"):
+        read_goal(tmp_path / "lying.gltf")
     for buffer in tmp_path.glob("*.bin"):
         buffer.unlink()
     with pytest.raises(MeshError, match="cannot be read as glTF"):
