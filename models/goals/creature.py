@@ -86,7 +86,7 @@ def creature_coarse() -> Mesh:
     ears: list[Block] = [((3, 4), (y, y + 1), (3, 4)) for y in (0, 2)]
     blocks = [*legs, ((1, 4), (0, 3), (1, 2)), ((3, 4), (0, 3), (2, 3)), *ears]
     blocks += [((4, 5), (1, 2), (2, 3)), ((0, 1), (1, 2), (1, 2))]
-    return _body(blocks, ([0, 12, 22, 36, 50, 64], [0, 9, 17, 26], [0, 16, 32, 46, 60]), rounds=3)
+    return _body(blocks, ([0, 12, 22, 36, 50, 64], [0, 9, 17, 26], [0, 16, 32, 46, 60]), rounds=9)
 
 
 def creature_fine() -> Mesh:

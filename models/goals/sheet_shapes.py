@@ -58,7 +58,7 @@ def flower(petals: int = 6) -> Mesh:
         stem = model.attach(0, edge, [(-4, 12), (width + 4, 12)], 40.0)
         blade_width = width + 8
         blade = model.attach(stem, 2, [(-1, 6), (3, 14), (blade_width - 3, 14), (blade_width + 1, 6)], -25.0)
-        model.attach(blade, 3, [((blade_width - 6) / 2, 8)], -45.0)
+        model.attach(blade, 3, [((blade_width - 6) / 2, 8)], -40.0)
     return model.mesh()
 
 

@@ -15,7 +15,7 @@ def star(points: int = 5) -> Mesh:
     angle = np.arange(count) * np.pi / points
     radius = np.where(np.arange(count) % 2 == 0, 30.0, 15.0)
     outline = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(count)])
-    rim = outline * 1.3 - [0.0, 0.0, 6.0]
+    rim = outline * 1.4 - [0.0, 0.0, 5.0]
     vertices = np.vstack([outline, rim, [[0.0, 0.0, 9.0]]])
     faces = []
     for k in range(count):

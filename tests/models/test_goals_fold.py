@@ -6,12 +6,16 @@ import numpy as np
 import pytest
 
 from models.goals import goal_names, goal_path
-from planner.fold_plan import MachineLimits
 from planner.make_net import make_net
 from planner.overlap import overlapping_faces
 from planner.plan_folds import plan_folds
 from planner.read_goal import read_goal
+from rigs.limits import machine_limits
+from rigs.material import load_material
+from rigs.rig import load_rig
 from tests.models.test_goals import load
+
+LIMITS = machine_limits(load_rig("grbl-4axis"), load_material("304"))
 
 
 @pytest.mark.parametrize("name", goal_names())
@@ -30,7 +34,9 @@ def test_shape_has_a_net_without_overlap(name):
     assert net.certificate.faces_left_out == 0
 
 
-@pytest.mark.parametrize("name", ["bracket", "crown", "flower", "star"])
+@pytest.mark.parametrize(
+    "name", ["antenna", "box_with_lid", "bracket", "bug_robot", "crown", "drone_frame", "flower", "star"]
+)
 def test_small_shape_folds_almost_whole(name):
-    plan = plan_folds(make_net(read_goal(goal_path(name))), MachineLimits(), seed=0)
+    plan = plan_folds(make_net(read_goal(goal_path(name))), LIMITS, seed=0)
     assert plan.metrics.fold_completion >= 0.95
