@@ -115,7 +115,7 @@ def dynamic_run(
         ModelError: if the model was compiled from another net.
     """
     loaded = LoadedModel(compiled, plan.net)
-    loaded.contact_forces(False)
+    loaded.notice_contacts_only()
     run = _Run(loaded, plan, sweep, heating or EqualPasses(), settings or RunSettings())
     with quiet_mujoco() as messages:
         finished = run.play(turns(plan, compiled.side), messages)

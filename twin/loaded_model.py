@@ -97,14 +97,6 @@ class LoadedModel:
             body = int(self.model.body_mocapid[self.model.body(name).id])
             self.data.mocap_quat[body] = (np.cos(half), np.sin(half), 0.0, 0.0)
 
-    def aim(self, point: NDArray[np.float64]) -> None:
-        """Put the focus of the laser head at ``point`` (3,), in the frame of the sheet."""
-        self.data.mocap_pos[int(self.model.body_mocapid[self.model.body("laser_head").id])] = point
-
-    def present_pieces(self, gone: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """Geoms of the pieces of the sheet that are still there."""
-        return self.piece_geom[~gone]
-
     def all_contacts_on(self, gone: NDArray[np.bool_]) -> None:
         """Everything that is there can touch everything else."""
         self._set_bits(self.face_geom, _FACE_BITS, FACE_GROUP)
@@ -121,10 +113,10 @@ class LoadedModel:
         self._set_bits(self.piece_geom[turn.gone], _NO_BITS, HIDDEN_GROUP)
         self._sum_up_bits()
 
-    def contact_forces(self, on: bool) -> None:
-        """Whether contacts push, or are only noticed (found at ``margin + gap``, pushing at ``margin``)."""
-        self.model.geom_margin[:] = 0.0 if on else -_NOTICE_ONLY_MM
-        self.model.geom_gap[:] = 0.0 if on else _NOTICE_ONLY_MM
+    def notice_contacts_only(self) -> None:
+        """Contacts are found from ``margin + gap`` on, and would push from ``margin`` on: never."""
+        self.model.geom_margin[:] = -_NOTICE_ONLY_MM
+        self.model.geom_gap[:] = _NOTICE_ONLY_MM
 
     def _set_bits(self, geoms: NDArray[np.int64], bits: tuple[int, int], group: int) -> None:
         self.model.geom_contype[geoms], self.model.geom_conaffinity[geoms] = bits
