@@ -48,23 +48,28 @@ def sight_limit(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     """Largest angle up to which the crease stays in sight; -1 if it is hidden at the start.
 
-    Samples every SIGHT_STEP_RAD / SIGHT_SUBSTEPS or finer.
+    Samples every SIGHT_STEP_RAD / SIGHT_SUBSTEPS or finer, in coarse steps first: most failures show there.
 
     Returns:
-        (angle, blocker, blocker hides enough alone)
+        (angle, blocker, -1 if none)
     """
     count = SIGHT_SUBSTEPS * max(1, math.ceil(limit / SIGHT_STEP_RAD - 1e-9))
-    last = -1.0
-    for k in range(count + 1):
-        angle = limit * k / count
-        share, who, most = hidden_share(
-            panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
-            ox, oy, ux, uy, length, sign, angle, kx, ky, up, radius, intervals, turned,
-        )  # fmt: skip
-        if share > hidden_max:
-            return last, who, most > hidden_max + 0.05
-        last = angle
-    return limit, -1, False
+    end, by = count, -1  # the first sample known to be hidden is end + 1
+    for coarse in (True, False):
+        k = 0
+        while k <= end:
+            if coarse == (k % SIGHT_SUBSTEPS == 0):
+                share, who, _ = hidden_share(
+                    panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
+                    ox, oy, ux, uy, length, sign, limit * k / count, kx, ky, up, radius, intervals, turned,
+                )  # fmt: skip
+                if share > hidden_max:
+                    end, by = k - 1, who
+                    break
+            k += 1
+    if by < 0:
+        return limit, -1
+    return (limit * end / count if end >= 0 else -1.0), by
 
 
 @njit(cache=True)
@@ -230,35 +235,32 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                     if conceded[f] and not full:
                         continue
                     seen = free
-                    if use_sight:
+                    if full and use_sight:
+                        # sight, remembered while its witness has not moved (others may have: a cautious answer)
                         if (
                             sight_time[f, r] >= 0
                             and stamp[sight_by[f, r]] <= sight_time[f, r]
                             and stamp[f] <= sight_time[f, r]
                         ):
-                            seen = min(free, sight_angle[f, r])
+                            seen = sight_angle[f, r]
                         else:
                             # the beam must stay between the parent and the turning face
                             across = sines[r] * (ux * ex + uy * ey)
                             own = math.atan2(sign * cosines[r], across) + OVERHANG_RAD - abs(angle[f])
-                            if own <= 0.0:
-                                own = 0.0
-                            for m in members:
-                                moving_mask[m] = True
-                            seen, by, alone = sight_limit(
-                                panel[f], panel[parent[f]], panel, moving_mask, flat, solids, centres, radii,
-                                present, ox, oy, ux, uy, lengths[f], sign, min(free, own), kxs[r], kys[r], ups[r], radius,
-                                hidden_max, intervals, turned,
-                            )  # fmt: skip
-                            for m in members:
-                                moving_mask[m] = False
+                            by, seen = f, max(0.0, own)
+                            if own >= wanted:
+                                for m in members:
+                                    moving_mask[m] = True
+                                seen, by = sight_limit(
+                                    panel[f], panel[parent[f]], panel, moving_mask, flat, solids, centres, radii,
+                                    present, ox, oy, ux, uy, lengths[f], sign, wanted, kxs[r], kys[r], ups[r],
+                                    radius, hidden_max, intervals, turned,
+                                )  # fmt: skip
+                                for m in members:
+                                    moving_mask[m] = False
                             sight_time[f, r] = -1
-                            if by < 0 and own < free:
-                                by, alone = f, True  # the face itself leans over its crease
                             if by >= 0:
-                                sight_by[f, r], sight_angle[f, r] = by, seen
-                                if alone:
-                                    sight_time[f, r] = clock
+                                sight_time[f, r], sight_by[f, r], sight_angle[f, r] = clock, by, seen
                     if full and seen >= wanted:
                         if r != at or used == 0 or astray:
                             if r != 0 or used > 0:
@@ -349,7 +351,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                         )  # fmt: skip
                         if share > hidden_max:
                             continue
-                    seen, by, _ = sight_limit(
+                    seen, by = sight_limit(
                         panel[f], panel[parent[f]], panel, moving_mask, flat, solids, centres, radii, present,
                         ox, oy, ux, uy, lengths[f], sign, allowed,
                         math.tan(beam) * ey, -math.tan(beam) * ex, 1.0 / math.cos(beam), radius,
