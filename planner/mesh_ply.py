@@ -106,6 +106,12 @@ def _header(data: bytes, source: str) -> tuple[str, list[_Element], int, int]:
                 f"line {number} of the PLY header announces {elements[-1].count} elements",
                 f"the file is damaged or larger than the {MOST_FACES} faces that can be read",
             )
+    for element in elements:
+        names = [name for name, _, _ in element.properties]
+        if len(set(names)) < len(names) or any(":" in name for name in names):
+            raise file_error(
+                source, f"element {element.name!r} of the PLY header repeats a property", _EXPORT_AGAIN
+            )
     if order is None:
         raise file_error(source, "the PLY header has no line 'format'", _EXPORT_AGAIN)
     return order, elements, stop + 1, len(lines) + 1

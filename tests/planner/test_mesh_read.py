@@ -152,6 +152,11 @@ def test_any_bytes_end_in_a_mesh_error(tmp_path, data, suffix):
         (".ply", "ply\nformat ascii 1.0\nelement vertex 1000000000000\n" + "end_header\n", "line 3"),
         (".ply", "ply\nformat utf8 1.0\nend_header\n", "line 2"),
         (".ply", "ply\nelement vertex 0\nend_header\n", "no line 'format'"),
+        (
+            ".ply",
+            "ply\nformat ascii 1.0\nelement vertex 1\nproperty int x\nproperty int x\nend_header\n",
+            "repeats a property",
+        ),
         (".stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n", "line 4: expected three numbers"),
         (".stl", "solid x\nvertex 0 0 0\n", "line 2: expected 'facet'"),
         (".stl", "solid x\nendsolid\nmore\n", "line 3: expected 'solid'"),
