@@ -92,8 +92,8 @@ def repair_tree(
         seed: of the random choices.
         budget_s: nominal seconds, counted as work (``WORK_PER_SECOND``).
         remove_overlaps: False: only see to the hold of the base, and only if nothing overlaps.
-        cut_panels: flat joints may be cut, but for those of the base panel. Some goals need it: the walls of a
-            hole may hang on nothing but the flat ring around it, and not fit inside.
+        cut_panels: flat joints may be cut, but for those of the base panel. Some goals need it: the walls of
+            a hole may hang on nothing but the flat ring around it, and not fit inside.
     """
     layout = FlatLayout(graph, tree, base)
     found, edits, work = layout.overlaps, 0, 0

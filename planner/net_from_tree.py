@@ -81,6 +81,6 @@ def net_from_tree(
         edges=edges,
         assignment=letters,
         fold_angle=angles,
-        crease_of=np.where(crease >= 0, number[crease], -1),
+        crease_of=np.append(number, -1)[crease],
         certificate=certificate or NetCertificate(0, 0),
     )
