@@ -179,7 +179,7 @@ class FoldProblem:
             solids, centres, radii, sharp, np.ones(len(solids), np.bool_), np.ones(len(solids), np.bool_),
             panel_numbers(tree, len(solids)), count,
             self.rotary, self.fine, float(tree.axis[0]), float(tree.axis[1]), self.hidden_max * SIGHT_RESERVE,
-            self.limits.beam_radius, CONTACT_MARGIN_RAD, self.use_contact, self.use_sight, True,
+            max(self.limits.beam_radius, 0.5 * self.limits.thickness), CONTACT_MARGIN_RAD, self.use_contact, self.use_sight, True,
         )  # fmt: skip
         wanted = np.abs(tree.target).sum()
         return FoldResult(

@@ -128,8 +128,8 @@ def hidden_share(  # type: ignore[no-untyped-def]
         ox, oy, ux, uy, length: the crease: start, unit direction, length.
         sign: +1 if the turn is right-handed about (ux, uy), else -1.
         angle: >= 0.
-        kx, ky, up, radius: the beam, as in ``covered_interval``; the moving part is tested with a thin beam,
-            since it may end upright exactly beside the crease.
+        kx, ky, up, radius: the beam, as in ``covered_interval``; once it turns, the moving part is tested with
+            a thin beam, since it may end upright exactly beside the crease.
         intervals: (N, 2) and
         turned: (3, 3) work space.
 
@@ -169,7 +169,7 @@ def hidden_share(  # type: ignore[no-untyped-def]
             for k in range(3):
                 for d in range(3):
                     turned[k, d] = solids[g, 9 + k, d]
-        if covered_interval(turned, ox, oy, bx, by, kx, ky, up, 0.0 if moving else radius, pair):
+        if covered_interval(turned, ox, oy, bx, by, kx, ky, up, 0.0 if moving and angle > 0.0 else radius, pair):
             intervals[count, 0], intervals[count, 1] = pair[0], pair[1]
             count += 1
             if pair[1] - pair[0] > worst:
