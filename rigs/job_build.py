@@ -215,7 +215,9 @@ class _Builder:
         self, number: int, points: list[MachinePoint], made: CutProcess, where: str, why: str
     ) -> None:
         power, s_word = self.checks.power(made.power_w, where)
-        speed = _feed(made.speed_mm_s)
+        # A cut may be slower than asked, where the focus axis cannot keep up with a tilted sheet.
+        rapid = min(self.checks.rapid(a, b)[0] for a, b in itertools.pairwise(points))
+        speed = _feed(min(made.speed_mm_s, rapid))
         accel = np.array(self.rig.axes.accel_mm_s2)
         self.goto(number, points[0])
         for piece in self._pieces(points, speed):
@@ -236,7 +238,7 @@ class _Builder:
     def _pieces(self, points: list[MachinePoint], speed: float) -> list[list[MachinePoint]]:
         """Split a polyline so that each piece stays within beam time and receive buffer."""
         accel = np.array(self.rig.axes.accel_mm_s2)
-        longest = 0.8 * (self.rig.laser.max_beam_s - 2.0 * speed / float(accel.min())) * speed
+        longest = 0.8 * (self.rig.laser.max_beam_s - 2.0 * speed / float(accel[:2].min())) * speed
         if longest <= 0.0:
             raise JobError(
                 f"rig {self.rig.name}: {self.rig.laser.max_beam_s:g} s of beam in flight are too short to "
