@@ -18,19 +18,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from rigs.material import Material
 from twin.errors import HeatingError
-from twin.hot_metal import HotMetal, melting_heat, peak_temperatures
-from twin.moving_spot import peak_rise_per_watt
+from twin.hot_metal import HotMetal, melting_heat, peak_temperatures, spot_rises
 
 __all__ = [
-    "MODEL_NAME",
-    "HotMetal",
-    "PassResult",
-    "PassTable",
-    "Regime",
-    "bend",
-    "fold_passes",
-    "require_fold",
-]
+    "LARGEST_FOURIER", "LARGEST_PASS_RAD", "LARGEST_WIDTH_RATIO", "MODEL_NAME", "REGIMES", "PassResult",
+    "PassTable", "Regime", "bend", "fold_passes", "require_fold", "setting_flags", "soft_threshold",
+    "start_factor",
+]  # fmt: skip
 
 MODEL_NAME = "fast/1"
 
@@ -158,13 +152,10 @@ def fold_passes(
     h, wy, wx, v = 1e-3 * thickness_mm, 1e-3 * across_mm, 1e-3 * along, 1e-3 * speed
     metal = HotMetal.reference(material)
     absorbed = absorptivity * power
-    top, bottom = peak_temperatures(material, absorbed, v, h, wx, wy, start_c)
-    speeds, inverse = np.unique(v, return_inverse=True)
-    rises, _ = peak_rise_per_watt(
-        speed=speeds, thickness=h, along=wx, across=wy, diffusivity=metal.diffusivity,
-        heat_capacity=metal.heat_capacity,
-    )  # fmt: skip
-    per_watt = absorptivity * rises[inverse.reshape(v.shape)]
+    rises = spot_rises(material, v, h, wx, wy)
+    top, bottom = peak_temperatures(material, rises, absorbed, start_c)
+    fixed = np.full(v.shape, metal.heat_capacity), np.full(v.shape, metal.conductivity)
+    per_watt = absorptivity * rises.per_watt(*fixed)[0]
     cold = HotMetal.at(material, 20.0)
     yield_rise = (
         1e6 * material.yield_mpa_at(start_c) * (1.0 - material.poisson) / (cold.young * cold.expansion)
