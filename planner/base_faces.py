@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner._kernels import net_kernels as kernels
+from planner._kernels.net_arrays import DEPTH
+from planner._kernels.net_kernels import lay_flat, root_tree
+from planner._kernels.overlap_kernels import all_overlaps
 from planner.blooming_trees import BLOOMING_TREES, TreeGrower, TreeName
 from planner.dual_graph import DualGraph
 from planner.flat_layout import base_outline
@@ -88,7 +90,7 @@ def _figures(grower: TreeGrower, base: int, name: TreeName) -> tuple[int, int]:
     """Overlapping pairs and greatest depth of one blooming tree."""
     arrays = grower.arrays
     grower.blooming(base, name)
-    kernels.root_tree(arrays, base)
-    kernels.lay_flat(arrays)
-    overlaps = kernels.all_overlaps(arrays, arrays.entry, 0)
-    return int(overlaps), int(arrays.node[kernels.DEPTH].max())
+    root_tree(arrays, base)
+    lay_flat(arrays)
+    overlaps = all_overlaps(arrays, arrays.entry, 0)
+    return int(overlaps), int(arrays.node[DEPTH].max())

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner._kernels.nb_kernels import grow_tree
-from planner._kernels.net_kernels import TREE
+from planner._kernels.net_arrays import TREE
 from planner.dual_graph import DualGraph
 from planner.errors import NetError
-from planner.flat_layout import net_arrays
+from planner.layout_arrays import graph_arrays
 
 __all__ = ["BLOOMING_TREES", "TreeGrower", "TreeName", "blooming_tree", "weighted_tree"]
 
@@ -35,7 +35,7 @@ class TreeGrower:
     def __init__(self, graph: DualGraph) -> None:
         """Prepare the costs and the order of ties: longer edges first, then lower numbers."""
         self.graph = graph
-        self.arrays = net_arrays(graph)
+        self.arrays = graph_arrays(graph)
         edges = np.arange(len(graph.faces))
         length = graph.length.round(TIE_DIGITS)
         self._tie = np.empty(len(edges), dtype=np.int64)

@@ -7,11 +7,13 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from planner._kernels import nb_kernels
-from planner._kernels import net_kernels as kernels
-from planner._kernels.net_kernels import NetArrays
+from planner._kernels import nb_kernels, net_kernels
+from planner._kernels import net_arrays as columns
+from planner._kernels.net_arrays import NetArrays
+from planner._kernels.overlap_kernels import all_overlaps
 from planner.dual_graph import DualGraph
 from planner.errors import NetError
+from planner.layout_arrays import graph_arrays
 from planner.net import Net, NetCertificate
 from planner.net_from_tree import net_from_tree
 from planner.overlap import overlapping_triangles
@@ -57,7 +59,7 @@ class FlatLayout:
             raise NetError(
                 f"a tree mask has one entry per interior edge, ({len(graph.faces)},), got {np.shape(tree)}"
             )
-        self.arrays: NetArrays = net_arrays(graph, np.asarray(tree, dtype=np.bool_))
+        self.arrays: NetArrays = graph_arrays(graph, np.asarray(tree, dtype=np.bool_))
         self._set_base(base)
         self._lay()
 
@@ -66,43 +68,43 @@ class FlatLayout:
     @property
     def base(self) -> int:
         """The stationary face."""
-        return int(self.arrays.number[kernels.BASE])
+        return int(self.arrays.number[columns.BASE])
 
     @property
     def tree(self) -> NDArray[np.bool_]:
         """(M,) True for the edges of the tree, a copy."""
-        mask: NDArray[np.bool_] = self.arrays.edge[:, kernels.TREE] != 0
+        mask: NDArray[np.bool_] = self.arrays.edge[:, columns.TREE] != 0
         return mask
 
     @property
     def parent(self) -> NDArray[np.int64]:
         """(F,) parent face, -1 for the base; a view that exchanges change."""
-        return self._row(kernels.PARENT)
+        return self._row(columns.PARENT)
 
     @property
     def slot(self) -> NDArray[np.int64]:
         """(F,) side of the face (corner k to k + 1) that lies on its crease, -1 for the base; a view."""
-        return self._row(kernels.SLOT)
+        return self._row(columns.SLOT)
 
     @property
     def crease(self) -> NDArray[np.int64]:
         """(F,) interior edge of the dual graph that joins a face to its parent, -1 for the base; a view."""
-        return self._row(kernels.CREASE)
+        return self._row(columns.CREASE)
 
     @property
     def depth(self) -> NDArray[np.int64]:
         """(F,) folds between a face and the base (flat joints do not count); a view."""
-        return self._row(kernels.DEPTH)
+        return self._row(columns.DEPTH)
 
     @property
     def order(self) -> NDArray[np.int64]:
         """(F,) faces, every parent before its children; a view."""
-        return self._row(kernels.ORDER)
+        return self._row(columns.ORDER)
 
     @property
     def corners(self) -> NDArray[np.float64]:
         """(F, 3, 2) flat positions in mm, corner by corner as in the goal; a copy."""
-        first = kernels.CORNER
+        first = columns.CORNER
         return self.arrays.real[:-1, first : first + 6].reshape(-1, 3, 2).copy()
 
     @property
@@ -136,9 +138,9 @@ class FlatLayout:
         """
         self._check_cut(cut_edge)
         out = np.empty(len(self.graph.faces), dtype=np.int64)
-        kernels.component(self.arrays, int(cut_edge))
+        net_kernels.component(self.arrays, int(cut_edge))
         found = out[: nb_kernels.joining_edges(self.arrays, out)]
-        kernels.unmark(self.arrays)
+        net_kernels.unmark(self.arrays)
         return np.sort(found)
 
     def overlapping_pairs(self) -> NDArray[np.int64]:
@@ -157,8 +159,8 @@ class FlatLayout:
         """False if replacing ``cut_edge`` by ``join_edge`` would take the base panel's last free side."""
         edge = self.arrays.edge
         return (
-            not edge[join_edge, kernels.OUTLINE]
-            or bool(edge[cut_edge, kernels.OUTLINE])
+            not edge[join_edge, columns.OUTLINE]
+            or bool(edge[cut_edge, columns.OUTLINE])
             or self.free_edges() > 1
         )
 
@@ -177,17 +179,17 @@ class FlatLayout:
         self._check_cut(cut_edge)
         cut, join = int(cut_edge), int(join_edge)
         arrays = self.arrays
-        if not 0 <= join < len(self.graph.faces) or arrays.edge[join, kernels.TREE]:
+        if not 0 <= join < len(self.graph.faces) or arrays.edge[join, columns.TREE]:
             raise NetError(f"edge {join} is not an interior edge that is cut; choose one of joinable({cut})")
-        if arrays.edge[cut, kernels.FROZEN]:
+        if arrays.edge[cut, columns.FROZEN]:
             return False
         if self._held and not self.keeps_hold(cut, join):
             return False
-        if kernels.swap_is_free(arrays, cut, join) != 1:
+        if net_kernels.swap_is_free(arrays, cut, join) != 1:
             return False
-        before = arrays.real[:-1, kernels.POSE : kernels.POSE + 4].copy()
-        kernels.swap(arrays, cut, join)
-        members = np.flatnonzero((arrays.real[:-1, kernels.POSE : kernels.POSE + 4] != before).any(axis=1))
+        before = arrays.real[:-1, columns.POSE : columns.POSE + 4].copy()
+        net_kernels.swap(arrays, cut, join)
+        members = np.flatnonzero((arrays.real[:-1, columns.POSE : columns.POSE + 4] != before).any(axis=1))
         self._history.append((cut, join, members, before[members]))
         if self.graph.flat[join]:
             self._find_outline()
@@ -207,8 +209,8 @@ class FlatLayout:
                 f"nothing to take back: the last {UNDO_DEPTH} exchanges are kept, and set_base forgets them"
             )
         cut, join, members, poses = self._history.pop()
-        self.arrays.edge[cut, kernels.TREE], self.arrays.edge[join, kernels.TREE] = 1, 0
-        kernels.place_back(self.arrays, members, poses)
+        self.arrays.edge[cut, columns.TREE], self.arrays.edge[join, columns.TREE] = 1, 0
+        net_kernels.place_back(self.arrays, members, poses)
         if self.graph.flat[join]:
             self._find_outline()
 
@@ -240,14 +242,14 @@ class FlatLayout:
         return row
 
     def _check_cut(self, edge: int) -> None:
-        if not (0 <= edge < len(self.graph.faces) and self.arrays.edge[edge, kernels.TREE]):
+        if not (0 <= edge < len(self.graph.faces) and self.arrays.edge[edge, columns.TREE]):
             raise NetError(f"edge {edge} is not in the tree; choose one of its {len(self.parent) - 1} edges")
 
     def _set_base(self, face: int) -> None:
         count = len(self.graph.goal.faces)
         if not 0 <= face < count:
             raise NetError(f"base face {face} does not exist: the goal has faces 0 to {count - 1}")
-        if kernels.root_tree(self.arrays, int(face)) != count:
+        if net_kernels.root_tree(self.arrays, int(face)) != count:
             raise NetError("the edges given are not a spanning tree: they form a cycle, or leave faces out")
         self._history.clear()
         self._find_outline()
@@ -256,12 +258,12 @@ class FlatLayout:
         """Sides of the base panel: the base and what flat joints of the tree join to it (no fold away)."""
         self._outline = base_outline(self.graph, self.depth == 0)
         sides = self._outline[:, 2]
-        self.arrays.edge[:, kernels.OUTLINE] = 0
-        self.arrays.edge[sides[sides >= 0], kernels.OUTLINE] = 1
+        self.arrays.edge[:, columns.OUTLINE] = 0
+        self.arrays.edge[sides[sides >= 0], columns.OUTLINE] = 1
 
     def _lay(self) -> None:
-        kernels.lay_flat(self.arrays)
-        self._overlaps = int(kernels.all_overlaps(self.arrays, self.arrays.entry, 0))
+        net_kernels.lay_flat(self.arrays)
+        self._overlaps = int(all_overlaps(self.arrays, self.arrays.entry, 0))
         self._look_at_base()
 
     def _look_at_base(self) -> None:
@@ -290,36 +292,3 @@ def base_outline(graph: DualGraph, members: NDArray[np.bool_]) -> NDArray[np.int
     enough = min(LEAST_TAB_EDGE_MM, float(length.max()) * (1.0 - 1e-9))
     row, slot = np.nonzero(length >= enough)
     return np.ascontiguousarray(np.stack([panel[row], slot, edges[row, slot]], axis=1))
-
-
-def net_arrays(graph: DualGraph, tree: NDArray[np.bool_] | None = None) -> NetArrays:
-    """Arrays of the kernels for a dual graph and a tree, nothing laid out yet."""
-    k = kernels
-    faces, local, side = len(graph.goal.faces), graph.flat_corners, graph.side_length
-    longest = side.max(axis=1)
-    cell = max(float(longest.mean()), float(longest.max()) / 16.0)
-    per_face = (np.floor(longest / cell).astype(np.int64) + 2) ** 2
-    real = np.zeros((faces + 1, k.REALS))
-    real[:-1, k.LOCAL : k.LOCAL + 6] = local.reshape(-1, 6)
-    real[:-1, k.SIDE : k.SIDE + 3] = side
-    real[:-1, k.RADIUS] = np.linalg.norm(local - local.mean(axis=1, keepdims=True), axis=2).max(axis=1)
-    real[:, k.CELL] = cell
-    node = np.zeros((k.NODES, faces), dtype=np.int64)
-    node[k.SIDES : k.SIDES + 3] = graph.face_edges.T
-    node[k.FIRST, 1:] = np.cumsum(per_face)[:-1]
-    edge = np.zeros((len(graph.faces), k.EDGES), dtype=np.int64)
-    edge[:, k.FACES : k.FACES + 2] = graph.faces
-    edge[:, k.SLOTS : k.SLOTS + 2] = graph.slots
-    edge[:, k.FLAT] = graph.flat
-    edge[:, k.FROZEN] = graph.flat
-    if tree is not None:
-        edge[:, k.TREE] = tree
-    return k.NetArrays(
-        real=real,
-        node=node,
-        edge=edge,
-        turn=graph.turn.copy(),
-        head=np.full(1 << max(4, int(np.ceil(np.log2(4 * faces)))), -1, dtype=np.int64),
-        entry=np.zeros((int(per_face.sum()), 4), dtype=np.int64),
-        number=np.zeros(k.NUMBERS, dtype=np.int64),
-    )

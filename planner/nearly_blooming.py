@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner._kernels import nb_kernels, net_kernels
+from planner._kernels.net_arrays import BLOOMING, FROZEN, TESTED
 from planner.blooming_trees import BLOOMING_TREES, TreeGrower, TreeName, blooming_tree
 from planner.dual_graph import DualGraph
 from planner.flat_layout import FlatLayout
@@ -101,16 +102,16 @@ def repair_tree(
     rng = np.array([_scramble(seed, base)], dtype=np.uint64)
     if (found and remove_overlaps) or (not found and not layout.free_edges()):
         arrays = layout.arrays
-        arrays.edge[:, net_kernels.BLOOMING] = tree
+        arrays.edge[:, BLOOMING] = tree
         if cut_panels:
             own = graph.panel[graph.faces[:, 0]] == graph.panel[base]
-            arrays.edge[:, net_kernels.FROZEN] = graph.flat & own
+            arrays.edge[:, FROZEN] = graph.flat & own
         pairs = np.zeros((2 * found + 4 * len(graph.goal.faces), 2), dtype=np.int64)
         pairs[:found] = overlapping
         limit = int((DEFAULT_BUDGET_S if budget_s is None else budget_s) * WORK_PER_SECOND)
         stall = 500 + 2 * len(graph.goal.faces)
         left = nb_kernels.search(arrays, layout.outline, pairs, found, rng, stall, limit)
-        work = int(arrays.number[net_kernels.TESTED])
+        work = int(arrays.number[TESTED])
         if left == 0:
             roomy = make_room(layout, seed)
             edits = restore(layout, tree, roomy)
@@ -146,7 +147,7 @@ def restore(layout: FlatLayout, tree: NDArray[np.bool_], roomy: bool) -> int:
         missing = np.flatnonzero(tree & ~layout.tree)
         for join in missing[np.argsort(~graph.flat[missing], kind="stable")].tolist():
             path = layout.path(int(graph.faces[join, 0]), int(graph.faces[join, 1]))
-            cuts = path[~tree[path] & (arrays.edge[path, net_kernels.FROZEN] == 0)]
+            cuts = path[~tree[path] & (arrays.edge[path, FROZEN] == 0)]
             cuts = np.array([cut for cut in cuts.tolist() if layout.keeps_hold(cut, join)], dtype=np.int64)
             while len(cuts):
                 at = int(nb_kernels.first_free_swap(arrays, cuts, join))
@@ -168,7 +169,7 @@ def make_room(layout: FlatLayout, seed: int) -> bool:
     rng = np.random.default_rng([seed, layout.base])
     blocking = np.zeros((64, 2), dtype=np.int64)
     nb_kernels.clear_tabs(layout.arrays, layout.outline, 1, blocking, len(blocking))
-    blockers = np.unique(blocking[: layout.arrays.number[net_kernels.TESTED], 1])
+    blockers = np.unique(blocking[: layout.arrays.number[TESTED], 1])
     tries = 0
     for face in rng.permutation(blockers).tolist():
         for cut in rng.permutation(layout.path(layout.base, face)).tolist():

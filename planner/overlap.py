@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from planner._kernels import net_kernels as k
+from planner._kernels.overlap_kernels import all_overlaps
+from planner.layout_arrays import triangle_arrays
 from planner.net import Net
 
 __all__ = ["overlapping_faces", "overlapping_triangles"]
@@ -25,34 +26,12 @@ def overlapping_triangles(triangles: NDArray[np.float64]) -> list[tuple[int, int
     faces = len(corners)
     if faces == 0:
         return []
-    sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
-    longest = sides.max(axis=1)
-    cell = max(float(longest.mean()), float(longest.max()) / 16.0)
-    per_face = (np.floor(longest / cell).astype(np.int64) + 2) ** 2
-    centre = corners.mean(axis=1)
-    real = np.zeros((faces + 1, k.REALS))
-    real[:-1, k.CORNER : k.CORNER + 6] = corners.reshape(-1, 6)
-    real[:-1, k.SIDE : k.SIDE + 3] = sides
-    real[:-1, k.CENTRE : k.CENTRE + 2] = centre
-    real[:-1, k.RADIUS] = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
-    real[:, k.CELL] = cell
-    node = np.zeros((k.NODES, faces), dtype=np.int64)
-    node[k.FIRST, 1:] = np.cumsum(per_face)[:-1]
-    arrays = k.NetArrays(
-        real=real,
-        node=node,
-        edge=np.zeros((0, k.EDGES), dtype=np.int64),
-        turn=np.zeros((0, 2)),
-        head=np.full(1 << max(4, int(np.ceil(np.log2(4 * faces)))), -1, dtype=np.int64),
-        entry=np.zeros((int(per_face.sum()), 4), dtype=np.int64),
-        number=np.zeros(k.NUMBERS, dtype=np.int64),
-    )
+    arrays = triangle_arrays(corners)
     pairs = np.empty((4 * faces, 2), dtype=np.int64)
-    found = k.all_overlaps(arrays, pairs, len(pairs))
+    found = all_overlaps(arrays, pairs, len(pairs))
     if found > len(pairs):
         pairs = np.empty((found, 2), dtype=np.int64)
-        arrays.head[:] = -1
-        found = k.all_overlaps(arrays, pairs, len(pairs))
+        found = all_overlaps(arrays, pairs, len(pairs))
     return sorted((min(a, b), max(a, b)) for a, b in pairs[:found].tolist())
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner._kernels.net_kernels import (
+from planner._kernels.net_arrays import (
     BLOOMING,
     CENTRE,
     CORNER,
@@ -17,7 +17,6 @@ from planner._kernels.net_kernels import (
     FROZEN,
     HOPS,
     MARK,
-    NO_LIMIT,
     OUTLINE,
     PARENT,
     PART,
@@ -30,14 +29,19 @@ from planner._kernels.net_kernels import (
     Floats,
     Ints,
     NetArrays,
-    component,
-    count_hits,
     entry,
     inner,
+)
+from planner._kernels.net_kernels import (
+    component,
     moved_overlaps,
     swap,
     swap_is_free,
     unmark,
+)
+from planner._kernels.overlap_kernels import (
+    NO_LIMIT,
+    count_hits,
 )
 
 TAB_WIDTH_MM = 2.0

@@ -1,161 +1,50 @@
-"""Flat layouts in the plane: laying out a tree of faces, a hash grid, overlap of triangles, moving a part.
+"""Flat layouts in the plane: laying out a tree of faces, and moving a part of it.
 
-All kernels work on one ``NetArrays`` record. A face is a fixed triangle in a frame of its own and a pose
-(cos, sin, x, y) in the plane. Cutting a crease and joining another edge moves one component rigidly. The
-record has few, wide arrays because the time to compile a kernel grows with the number of arrays that it is
-given.
+Cutting a crease and joining another edge moves one component of the tree rigidly.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
-OVERLAP_TOLERANCE_MM = 1e-4
-"""Two faces overlap if no edge line separates them to within this depth: deeper than this is an overlap."""
-
-NO_LIMIT = 1 << 60
-
-Ints = NDArray[np.int64]
-Floats = NDArray[np.float64]
-
-# columns of NetArrays.real: corners (x, y each) in the face's frame and in the plane, side lengths, pose,
-# centroid, radius of the circle about the centroid, side of a grid cell (the same in every row)
-LOCAL, CORNER, SIDE, POSE, CENTRE, RADIUS, CELL, REALS = 0, 6, 12, 15, 19, 21, 22, 23
-
-# rows of NetArrays.node: interior edge on each side (-1: boundary), the rooted tree (depth in folds, hops in
-# creases), 1 for the marked component, number of the last query, grid entries (first, used), the two
-# components of a cut and the edges through which their faces were reached
-SIDES, PARENT, SLOT, CREASE, DEPTH, HOPS, ORDER, MARK, STAMP, FIRST, USED, PART, VIA, NODES = (
-    0, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 15, 17,
-)  # fmt: skip
-
-# columns of NetArrays.edge: faces, their slots, flat, flat and never cut, in the tree, in the blooming tree,
-# on the outline of the base panel
-FACES, SLOTS, FLAT, FROZEN, TREE, BLOOMING, OUTLINE, EDGES = 0, 2, 4, 5, 6, 7, 8, 9
-
-# entries of NetArrays.number: base face, last query, size of the marked component, faces tested while moving
-BASE, QUERY, SIZE, TESTED, NUMBERS = 0, 1, 2, 3, 4
-
-
-# kernels called from Python, and kernels called from kernels only: wrappers that nobody uses cost time to
-# compile
-entry = njit(cache=True, error_model="numpy", no_cfunc_wrapper=True)
-inner = njit(cache=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
-
-class NetArrays(NamedTuple):
-    """Dual graph, tree, flat layout and hash grid as plain arrays (F faces, M interior edges)."""
-
-    real: Floats  # (F + 1, REALS); the last row is for a triangle that is being tested
-    node: Ints  # (NODES, F)
-    edge: Ints  # (M, EDGES)
-    turn: Floats  # (M, 2) rotation from the frame of face 0 to that of face 1 when laid flat
-    head: Ints  # (buckets,) first grid entry
-    entry: Ints  # (E, 4) next, previous, bucket, face
-    number: Ints  # (NUMBERS,)
-
-
-@inner
-def triangles_overlap(r: Floats, i: int, j: int) -> bool:
-    """True if counter-clockwise triangles, rows i and j of r, penetrate deeper than the tolerance.
-
-    Separating axes: the penetration depth of two convex polygons is attained at a normal of one of their
-    sides.
-    """
-    for _ in range(2):
-        for k in range(3):
-            n = 0 if k == 2 else k + 1
-            x, y = r[i, CORNER + 2 * k], r[i, CORNER + 2 * k + 1]
-            dx, dy = r[i, CORNER + 2 * n] - x, r[i, CORNER + 2 * n + 1] - y
-            limit = OVERLAP_TOLERANCE_MM * r[i, SIDE + k]
-            if (
-                dx * (r[j, CORNER + 1] - y) - dy * (r[j, CORNER] - x) <= limit
-                and dx * (r[j, CORNER + 3] - y) - dy * (r[j, CORNER + 2] - x) <= limit
-                and dx * (r[j, CORNER + 5] - y) - dy * (r[j, CORNER + 4] - x) <= limit
-            ):
-                return False
-        i, j = j, i
-    return True
-
-
-@inner
-def _cells(r: Floats, i: int) -> Any:
-    """First and last grid cell in x and in y that the bounding box of row i of r touches."""
-    cell = r[0, CELL]
-    x0, x1, y0, y1 = r[i, CORNER], r[i, CORNER], r[i, CORNER + 1], r[i, CORNER + 1]
-    for k in range(2, 6, 2):
-        x, y = r[i, CORNER + k], r[i, CORNER + k + 1]
-        x0, x1, y0, y1 = min(x0, x), max(x1, x), min(y0, y), max(y1, y)
-    return math.floor(x0 / cell), math.floor(x1 / cell), math.floor(y0 / cell), math.floor(y1 / cell)
-
-
-@inner
-def insert_face(s: NetArrays, face: int) -> None:
-    """Enter a face into the grid cells that its bounding box touches."""
-    x0, x1, y0, y1 = _cells(s.real, face)
-    mask = len(s.head) - 1
-    at = s.node[FIRST, face]
-    for x in range(x0, x1 + 1):
-        for y in range(y0, y1 + 1):
-            bucket = ((x * 73856093) ^ (y * 19349663)) & mask
-            first = s.head[bucket]
-            s.entry[at, 0], s.entry[at, 1], s.entry[at, 2], s.entry[at, 3] = first, -1, bucket, face
-            if first >= 0:
-                s.entry[first, 1] = at
-            s.head[bucket] = at
-            at += 1
-    s.node[USED, face] = at - s.node[FIRST, face]
-
-
-@inner
-def remove_face(s: NetArrays, face: int) -> None:
-    """Take a face out of the grid."""
-    start = s.node[FIRST, face]
-    for at in range(start, start + s.node[USED, face]):
-        after, before = s.entry[at, 0], s.entry[at, 1]
-        if before >= 0:
-            s.entry[before, 0] = after
-        else:
-            s.head[s.entry[at, 2]] = after
-        if after >= 0:
-            s.entry[after, 1] = before
-    s.node[USED, face] = 0
-
-
-@inner
-def count_hits(s: NetArrays, i: int, limit: int, out: Ints, at: int, room: int) -> int:
-    """How many faces of the grid that are not marked overlap row i of ``real``; stops beyond ``limit``.
-
-    Their numbers are written to ``out[at:room, 1]``.
-    """
-    s.number[QUERY] += 1
-    query = s.number[QUERY]
-    x0, x1, y0, y1 = _cells(s.real, i)
-    mask = len(s.head) - 1
-    found = 0
-    for x in range(x0, x1 + 1):
-        for y in range(y0, y1 + 1):
-            e = s.head[((x * 73856093) ^ (y * 19349663)) & mask]
-            while e >= 0:
-                g = s.entry[e, 3]
-                e = s.entry[e, 0]
-                if s.node[STAMP, g] == query or s.node[MARK, g] != 0:
-                    continue
-                s.node[STAMP, g] = query
-                dx, dy = s.real[g, CENTRE] - s.real[i, CENTRE], s.real[g, CENTRE + 1] - s.real[i, CENTRE + 1]
-                reach = s.real[g, RADIUS] + s.real[i, RADIUS]
-                if dx * dx + dy * dy < reach * reach and triangles_overlap(s.real, i, g):
-                    if at + found < room:
-                        out[at + found, 1] = g
-                    found += 1
-                    if found > limit:
-                        return found
-    return found
+from planner._kernels.net_arrays import (
+    BASE,
+    CENTRE,
+    CORNER,
+    CREASE,
+    DEPTH,
+    FACES,
+    FLAT,
+    HOPS,
+    LOCAL,
+    MARK,
+    ORDER,
+    PARENT,
+    PART,
+    POSE,
+    RADIUS,
+    SIDE,
+    SIDES,
+    SIZE,
+    SLOT,
+    SLOTS,
+    TESTED,
+    TREE,
+    VIA,
+    Floats,
+    Ints,
+    NetArrays,
+    entry,
+    inner,
+)
+from planner._kernels.overlap_kernels import (
+    count_hits,
+    insert_face,
+    remove_face,
+)
 
 
 @entry
@@ -228,24 +117,6 @@ def joined_pose(s: NetArrays, e: int, child: int) -> Any:
     n = 0 if n == 6 else n
     p, q = r[child, LOCAL + k], r[child, LOCAL + k + 1]
     return c, d, r[other, CORNER + n] - c * p + d * q, r[other, CORNER + n + 1] - d * p - c * q
-
-
-@entry
-def all_overlaps(s: NetArrays, pairs: Ints, room: int) -> Any:
-    """Fill the grid with the faces where they are, and count the pairs that overlap.
-
-    The first ``room`` pairs are written to ``pairs`` (P, 2).
-    """
-    for i in range(len(s.head)):
-        s.head[i] = -1
-    found = np.int64(0)
-    for f in range(s.node.shape[1]):
-        new = count_hits(s, f, np.int64(NO_LIMIT), pairs, found, room)
-        for k in range(found, min(found + new, room)):
-            pairs[k, 0] = f
-        found += new
-        insert_face(s, f)
-    return found
 
 
 @entry

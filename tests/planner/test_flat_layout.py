@@ -109,7 +109,7 @@ def test_relative_depth_and_target() -> None:
 
 def exchanges(layout: FlatLayout, rng: np.random.Generator, count: int) -> list[tuple[int, int, bool]]:
     """Random exchanges, with what came of them."""
-    out = []
+    out: list[tuple[int, int, bool]] = []
     for _ in range(count):
         cut = int(rng.choice(np.flatnonzero(layout.tree)))
         join = int(rng.choice([*layout.joinable(cut).tolist(), -1]))
@@ -166,15 +166,16 @@ def test_undo_is_exact(count: int, seed: int) -> None:
     graph = DualGraph(random_hull(count, seed))
     rng = np.random.default_rng(seed)
     layout = FlatLayout(graph, blooming_tree(graph, 1, "dijkstra"), 1, hold_base=False)
-    states = [(layout.tree, layout.corners, layout.parent.copy(), layout.order.copy())]
+
+    def state() -> tuple[np.ndarray, ...]:
+        return layout.tree, layout.corners, layout.parent.copy(), layout.order.copy()
+
+    states = [state()]
     for _ in range(40):
-        if any(done for _, _, done in exchanges(layout, rng, 1)):
-            states.append((layout.tree, layout.corners, layout.parent.copy(), layout.order.copy()))
-    for state in states[-2::-1]:
+        states += [state() for _, _, done in exchanges(layout, rng, 1) if done]
+    for earlier in states[-2::-1]:
         layout.undo()
-        for now, before in zip(
-            (layout.tree, layout.corners, layout.parent, layout.order), state, strict=True
-        ):
+        for now, before in zip(state(), earlier, strict=True):
             assert np.array_equal(now, before)
     with pytest.raises(NetError, match="nothing to take back"):
         layout.undo()

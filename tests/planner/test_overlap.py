@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely.geometry import Polygon
 
-from planner._kernels.net_kernels import OVERLAP_TOLERANCE_MM
+from planner._kernels.overlap_kernels import OVERLAP_TOLERANCE_MM
 from planner.overlap import overlapping_faces, overlapping_triangles
 from tests.planner.hand_nets import bfs_parents, box_goal, net_from_parents
 
