@@ -11,18 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.fold_plan import Point, Polyline, Sheet, Tab
-from planner.holding import tab_strip
 from planner.net import Net
 from planner.net_region import LEAST_KERF_MM, boundary_edges, grown, net_union
 
 if TYPE_CHECKING:
     from shapely import Geometry
 
-__all__ = ["clip_seams", "contour_lines", "in_travel_order", "polylines", "split_at_tabs"]
+__all__ = ["clip_seams", "contour_lines", "in_travel_order", "polylines", "split_at_tabs", "tab_strip"]
 
 _SHORTEST_MM = 0.02  # shorter pieces of path are dropped
 _GRID_MM = 1e-6
-_SAME_MM = 1e-6
+_SAME_MM = 1e-4
 _WIDE_GAP_RAD = math.radians(30.0)
 
 
@@ -52,6 +51,22 @@ def split_at_tabs(lines: Geometry, tabs: Iterable[Tab], kerf_mm: float) -> tuple
     zone = shapely.union_all(strips)
     parts = shapely.get_parts(lines)  # one by one, so that lines that touch are not broken up
     return _as_lines(shapely.difference(parts, zone)), _as_lines(shapely.intersection(parts, zone))
+
+
+def tab_strip(tab: Tab, kerf_mm: float, reach_mm: float, inward_mm: float = 0.0) -> Geometry:
+    """Shapely rectangle over the stretch of ``tab``, ``kerf_mm`` longer, from the net edge outwards.
+
+    The stretch runs counter-clockwise along the net, so outward is to its right.
+    """
+    import shapely
+
+    start, end = np.array(tab.start), np.array(tab.end)
+    along = (end - start) / np.linalg.norm(end - start)
+    outward = np.array([along[1], -along[0]])
+    a, b = start - 0.5 * kerf_mm * along, end + 0.5 * kerf_mm * along
+    return shapely.Polygon(
+        [a - inward_mm * outward, a + reach_mm * outward, b + reach_mm * outward, b - inward_mm * outward]
+    )
 
 
 def clip_seams(sheet: Sheet, clipped: Collection[int], lines: Geometry, kerf_mm: float) -> Geometry:
@@ -187,7 +202,7 @@ def _slit(first: NDArray[np.float64], second: NDArray[np.float64], kerf: float) 
         facing = (q - p) @ normal > -_SAME_MM and (p - q) @ other_normal > -_SAME_MM
         if facing and float(normal @ other_normal) < 0.0:
             line = shapely.LineString([0.5 * (a + b) for a, b in (pairs[0], pairs[2])])
-            if line.length > _SAME_MM:
+            if line.length > _GRID_MM:
                 out.append(line)
     return out
 
@@ -195,7 +210,8 @@ def _slit(first: NDArray[np.float64], second: NDArray[np.float64], kerf: float) 
 def _gap_angle(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
     """Angle in rad of the gap to the right of ``first`` and of ``second``, which starts where it ends."""
     u, v = first[0] - first[1], second[1] - second[0]
-    return math.atan2(u[0] * v[1] - u[1] * v[0], float(u @ v)) % (2.0 * math.pi)
+    gap = math.atan2(u[0] * v[1] - u[1] * v[0], float(u @ v)) % (2.0 * math.pi)
+    return 0.0 if gap > 2.0 * math.pi - 1e-3 else gap  # a closed slit, not a face as thin as a hair
 
 
 def _into_corner(first: NDArray[np.float64], second: NDArray[np.float64], kerf: float) -> list[Geometry]:

@@ -5,23 +5,16 @@ This replay knows the plan's steps and shapes only; it shares no decision with t
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.fold_plan import Clip, Cut, Fold, FoldPlan, Polyline, Release
-from planner.net_region import LEAST_KERF_MM
-
-if TYPE_CHECKING:
-    from shapely import Geometry
+from planner.metal_pieces import NOWHERE, incentres, metal_left, piece_of, thread_mm
 
 __all__ = ["check_held"]
-
-_BRIDGE_MM = 2e-3  # narrower bridges of metal do not hold
-_NOWHERE = -1
 
 
 def check_held(plan: FoldPlan) -> list[str]:
@@ -52,7 +45,7 @@ class _State:
         for piece in set(self.triangle_panel.tolist()):
             faces, _ = self.content.get(piece, (set(), False))
             self.content[piece] = (faces, True)
-        self.content.pop(_NOWHERE, None)
+        self.content.pop(NOWHERE, None)
 
 
 class _Replay:
@@ -61,42 +54,40 @@ class _Replay:
 
         self.plan = plan
         self.net = plan.net
-        self.burnt: list[Geometry] = []
+        self.burnt: list[Polyline] = []
         self.clipped: set[int] = set()
         self.problems: list[str] = []
         self.outline = shapely.Polygon(plan.sheet.outline)
         self.triangles = shapely.polygons(plan.sheet.triangles)
         self.frame = set(np.flatnonzero(plan.sheet.frame_faces).tolist())
-        self.face_spots = _incentres(plan.net.vertices[plan.net.faces])
-        self.triangle_spots = _incentres(plan.sheet.triangles)
+        self.face_spots = incentres(plan.net.vertices[plan.net.faces])
+        self.triangle_spots = incentres(plan.sheet.triangles)
         self.state: _State | None = None
 
     def run(self) -> list[str]:
-        """Play all steps."""
-        steps = self.plan.steps
+        """Play all steps. Cuts take effect together before the next other step: metal only gets less."""
         released = False
-        for n, step in enumerate(steps):
+        for n, step in enumerate(self.plan.steps):
+            changed = self.state is None
             if isinstance(step, Cut):
                 self._burn(step.paths)
-                follows = next((s for s in steps[n + 1 :] if not isinstance(s, Cut)), None)
-                if not isinstance(follows, Clip):
-                    self._loose(n)
+                continue
+            if changed:
                 self._base_held(n)
-            elif isinstance(step, Clip):
+            if isinstance(step, Clip):
                 self._clip(n, step)
-                if not isinstance((steps[n + 1] if n + 1 < len(steps) else None), Clip):
-                    self._loose(n)
-                self._base_held(n)
-            elif isinstance(step, Fold):
-                self._base_held(n)
+                continue
+            if changed and not released:
+                self._loose(n)
+            if isinstance(step, Fold):
                 self._free(n, step)
             elif isinstance(step, Release):
-                self._base_held(n)
                 self._burn(step.paths)
                 state = self.now()
                 if set(state.face_piece.tolist()) & state.held:
                     self._say(n, "the release leaves the part joined to the frame")
                 released = True
+                break
         if not released:
             self.problems.append("the plan never releases the part from the sheet")
         return self.problems
@@ -110,28 +101,24 @@ class _Replay:
     def _build(self) -> _State:
         import shapely
 
-        gone = shapely.union_all([*self.burnt, *self.triangles[sorted(self.clipped)]])
-        metal = self.outline.difference(gone).buffer(-0.5 * _BRIDGE_MM, join_style="mitre")
+        gone = self.triangles[sorted(self.clipped)]
+        metal = metal_left(self.outline, shapely.MultiLineString(self.burnt), gone, self.plan.limits.kerf)
         pieces = shapely.get_parts(metal)
-        frame_spots = self.triangle_spots[sorted(self.frame)]
-        face_piece = _piece_of(pieces, self.face_spots)
-        triangle_piece = _piece_of(pieces, self.triangle_spots)
-        held = frozenset(_piece_of(pieces, frame_spots).tolist()) - {_NOWHERE}
+        face_piece = piece_of(pieces, self.face_spots)
+        triangle_piece = piece_of(pieces, self.triangle_spots)
+        held = frozenset(triangle_piece[sorted(self.frame)].tolist()) - {NOWHERE}
         creases = self.net.assignment != "B"
         folded = creases & (self.net.assignment != "F")
         lines = shapely.linestrings(self.net.vertices[self.net.edges[folded]])
-        cut = shapely.union_all(shapely.buffer(lines, 2.0 * _BRIDGE_MM)) if len(lines) else shapely.Polygon()
-        panels = shapely.get_parts(metal.difference(cut))
+        along = shapely.buffer(shapely.multilinestrings(lines), 2.0 * thread_mm(self.plan.limits.kerf))
+        panels = shapely.get_parts(metal.difference(along))
         return _State(
             face_piece, triangle_piece, held,
-            _piece_of(panels, self.face_spots), _piece_of(panels, self.triangle_spots),
+            piece_of(panels, self.face_spots), piece_of(panels, self.triangle_spots),
         )  # fmt: skip
 
     def _burn(self, paths: Iterable[Polyline]) -> None:
-        import shapely
-
-        half = 0.5 * max(self.plan.limits.kerf, LEAST_KERF_MM)
-        self.burnt += [shapely.LineString(path).buffer(half) for path in paths if len(path) > 1]
+        self.burnt += [path for path in paths if len(path) > 1]
         self.state = None
 
     def _clip(self, n: int, step: Clip) -> None:
@@ -141,7 +128,7 @@ class _Replay:
             self._say(n, f"clips triangle {min(wanted & self.frame)} of the clamped frame")
         for t in sorted(wanted & self.clipped):
             self._say(n, f"clips triangle {t} a second time")
-        pieces = {int(state.triangle_piece[t]) for t in wanted} - {_NOWHERE}
+        pieces = {int(state.triangle_piece[t]) for t in wanted} - {NOWHERE}
         carried = np.flatnonzero(np.isin(state.face_piece, sorted(pieces)))
         if len(carried):
             self._say(n, f"clips metal that is still joined to face {carried[0]}")
@@ -155,7 +142,7 @@ class _Replay:
     def _loose(self, n: int) -> None:
         state = self.now()
         for t, piece in enumerate(state.triangle_piece.tolist()):
-            if piece != _NOWHERE and piece not in state.held and t not in self.clipped:
+            if piece != NOWHERE and piece not in state.held and t not in self.clipped:
                 self._say(n, f"substrate triangle {t} comes loose and is not clipped")
                 return
 
@@ -164,7 +151,7 @@ class _Replay:
         loose = [
             f
             for f, piece in enumerate(state.face_piece.tolist())
-            if piece != _NOWHERE and piece not in state.held
+            if piece != NOWHERE and piece not in state.held
         ]
         if self.net.base_face in loose:
             self._say(n, f"the base face {self.net.base_face} is no longer joined to the frame")
@@ -178,7 +165,7 @@ class _Replay:
             self._say(n, f"folds edge {step.crease}, which is not a crease")
             return
         inside = set(self.net.subtree[child].tolist())
-        for piece in sorted({int(state.face_panel[f]) for f in inside} - {_NOWHERE}):
+        for piece in sorted({int(state.face_panel[f]) for f in inside} - {NOWHERE}):
             faces, substrate = state.content[piece]
             if substrate:
                 self._say(n, f"crease {step.crease} turns while its faces are still joined to the sheet")
@@ -192,21 +179,3 @@ class _Replay:
         line = f"step {n}: {words}"
         if line not in self.problems:
             self.problems.append(line)
-
-
-def _incentres(triangles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N, 2) centres of the inscribed circles of triangles (N, 3, 2)."""
-    sides = np.linalg.norm(np.roll(triangles, -1, axis=1) - np.roll(triangles, -2, axis=1), axis=2)
-    centres: NDArray[np.float64] = (sides[:, :, None] * triangles).sum(axis=1) / sides.sum(axis=1)[:, None]
-    return centres
-
-
-def _piece_of(pieces: Sequence[Geometry], spots: NDArray[np.float64]) -> NDArray[np.int64]:
-    """(N,) number of the piece that holds each spot, -1 where there is no metal."""
-    import shapely
-
-    out = np.full(len(spots), _NOWHERE, dtype=np.int64)
-    if len(pieces) and len(spots):
-        which, piece = shapely.STRtree(pieces).query(shapely.points(spots), predicate="within")
-        out[which] = piece
-    return out

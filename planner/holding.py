@@ -7,20 +7,18 @@ import math
 from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.cut_paths import clip_seams, contour_lines, split_at_tabs, tab_strip
 from planner.errors import PlanError
 from planner.fold_plan import MachineLimits, Sheet, Tab
+from planner.metal_pieces import NOWHERE, incentres, metal_left, piece_of
 from planner.net import Net
 from planner.net_region import boundary_edges
 
-if TYPE_CHECKING:
-    from shapely import Geometry
-
-__all__ = ["MOST_TABS", "TAB_WIDTHS_MM", "Hold", "hold_base", "tab_strip"]
+__all__ = ["MOST_TABS", "TAB_WIDTHS_MM", "Hold", "hold_base"]
 
 TAB_WIDTHS_MM = (1.0, 0.6, 0.35)
 """Widths of a tab, the first that finds room is taken."""
@@ -91,7 +89,7 @@ def hold_base(net: Net, sheet: Sheet, limits: MachineLimits, hit: Collection[int
             ways = substrate.ways(neck, swept)
             held = [p for p in places if all(t in ways.cost and not ways.blocked[t] for t in p.contact)]
             if held:
-                return _held(substrate, _spread(held), ways, swept, limits.kerf)
+                return _held(net, substrate, _spread(held), ways, swept, limits.kerf)
         if places:
             break
     if not places:
@@ -113,35 +111,42 @@ def hold_base(net: Net, sheet: Sheet, limits: MachineLimits, hit: Collection[int
 
 
 def _held(
-    substrate: _Substrate, chosen: list[_Place], ways: _Ways, swept: frozenset[int], kerf_mm: float
+    net: Net,
+    substrate: _Substrate,
+    chosen: list[_Place],
+    ways: _Ways,
+    swept: frozenset[int],
+    kerf_mm: float,
 ) -> Hold:
     """The hold with ``chosen`` tabs, none of which needs swept substrate."""
     tether: frozenset[int] = frozenset()
     for place in chosen:
         tether |= substrate.corridor(place, ways)
-    return Hold(
-        tabs=tuple(sorted((p.tab for p in chosen), key=lambda tab: (tab.edge, tab.start))),
-        tether=tether - swept,
-        needed=frozenset(),
-        clipped=substrate.cut_off(swept),
-        kerf_mm=kerf_mm,
-    )
+    tabs = tuple(sorted((p.tab for p in chosen), key=lambda tab: (tab.edge, tab.start)))
+    gone = _with_loose(net, substrate, tabs, substrate.cut_off(swept), kerf_mm)
+    return Hold(tabs, tether - gone, frozenset(), gone, kerf_mm)
 
 
-def tab_strip(tab: Tab, kerf_mm: float, reach_mm: float, inward_mm: float = 0.0) -> Geometry:
-    """Shapely rectangle over the stretch of ``tab``, ``kerf_mm`` longer, from the net edge outwards.
-
-    The stretch runs counter-clockwise along the net, so outward is to its right.
-    """
+def _with_loose(
+    net: Net, substrate: _Substrate, tabs: tuple[Tab, ...], gone: frozenset[int], kerf_mm: float
+) -> frozenset[int]:
+    """``gone`` and the triangles that fall with it, because the beam leaves too little metal beside them."""
     import shapely
 
-    start, end = np.array(tab.start), np.array(tab.end)
-    along = (end - start) / np.linalg.norm(end - start)
-    outward = np.array([along[1], -along[0]])
-    a, b = start - 0.5 * kerf_mm * along, end + 0.5 * kerf_mm * along
-    return shapely.Polygon(
-        [a - inward_mm * outward, a + reach_mm * outward, b + reach_mm * outward, b - inward_mm * outward]
-    )
+    lines = contour_lines(net, kerf_mm)
+    contour, _ = split_at_tabs(lines, tabs, kerf_mm)
+    outline = shapely.Polygon(substrate.sheet.outline)
+    spots = incentres(substrate.sheet.triangles)
+    while True:
+        seams = clip_seams(substrate.sheet, gone, lines, kerf_mm)
+        cuts = shapely.MultiLineString([*shapely.get_parts(contour), *shapely.get_parts(seams)])
+        metal = metal_left(outline, cuts, substrate.polygons[sorted(gone)].tolist(), kerf_mm)
+        piece = piece_of(shapely.get_parts(metal).tolist(), spots)
+        held = set(piece[sorted(substrate.frame)].tolist()) | {NOWHERE}
+        loose = {t for t, number in enumerate(piece.tolist()) if number not in held} - gone
+        if not loose:
+            return gone
+        gone = substrate.cut_off(gone | loose)
 
 
 def _tab_places(net: Net, substrate: _Substrate, limits: MachineLimits, width: float) -> list[_Place]:

@@ -44,6 +44,10 @@ def sheet_dxf(plan: FoldPlan) -> str:
                 drawing.add_lwpolyline(
                     path[:-1] if closed else path, close=closed, dxfattribs={"layer": name}
                 )
+        for kind in sorted(
+            document.entitydb.dxf_types_in_use()
+        ):  # ezdxf would add them in the order of a set
+            document.classes.add_class(kind)
         stream = io.StringIO()
         document.write(stream)
     finally:

@@ -9,7 +9,7 @@ import numpy as np
 from planner.errors import PlanError
 from planner.fold_plan import MachineLimits, Sheet
 from planner.net import Net
-from planner.net_region import LEAST_KERF_MM, grown, net_union, rectangle
+from planner.net_region import LEAST_KERF_MM, THREAD_SHARE, burnt, grown, rectangle
 from planner.placement import sheet_extent
 from planner.triangulate import triangulate_polygons
 
@@ -30,8 +30,8 @@ _DECIMALS = 4  # of coordinates in mm: frame and substrate must share their corn
 def make_sheet(net: Net, limits: MachineLimits) -> Sheet:
     """The sheet for a placed net, its substrate triangulated, tabs still to be chosen.
 
-    The substrate is the rectangle around the net less the net and its kerf; spots narrower than half a kerf
-    count as cut away. The clamped frame is a strip of ``limits.frame_margin`` all around.
+    The substrate is the rectangle around the net less the net and its kerf; threads narrower than a tenth of
+    the kerf count as melted. The clamped frame is a strip of ``limits.frame_margin`` all around.
 
     Args:
         net: the net, placed by ``place_net``.
@@ -68,10 +68,10 @@ def substrate_region(net: Net, limits: MachineLimits, inside: Geometry) -> list[
     import shapely
 
     kerf = max(limits.kerf, LEAST_KERF_MM)
-    hole = grown(net_union(net), kerf)
+    hole = burnt(net, kerf)
     metal = inside.difference(hole)
-    # Opening removes what is narrower than half a kerf; the beam takes it when it cuts beside it.
-    opened = grown(grown(metal, -0.25 * kerf), 0.25 * kerf)
+    # Opening removes threads that the beam melts when it cuts beside them.
+    opened = grown(grown(metal, -0.5 * THREAD_SHARE * kerf), 0.5 * THREAD_SHARE * kerf)
     grid = 10.0**-_DECIMALS
     snapped = shapely.set_precision(opened.simplify(0.02 * kerf), grid)
     inside_only = shapely.set_precision(snapped.intersection(inside), grid)
