@@ -148,6 +148,7 @@ class FoldProblem:
         *,
         obstacles: NDArray[np.float64] | None = None,
         rank: NDArray[np.int64] | None = None,
+        give_up: float = np.inf,
     ) -> FoldResult:
         """Fold ``tree`` as far as it goes.
 
@@ -155,6 +156,7 @@ class FoldProblem:
             tree: the flat net, overlap-free.
             obstacles: (M, 12, 3) solids that stand still in the sheet plane and must not be touched.
             rank: (F,) faces in the order in which they are tried; deepest first if not given.
+            give_up: stop early once what is conceded costs about this much; the result is then unfinished.
         """
         from planner._kernels.plan_kernels import fold_greedily
         from planner._kernels.tree_kernels import lever_arms, subtree_ranges
@@ -180,6 +182,7 @@ class FoldProblem:
             panel_numbers(tree, len(solids)), count,
             self.rotary, self.fine, float(tree.axis[0]), float(tree.axis[1]), self.hidden_max * SIGHT_RESERVE,
             max(self.limits.beam_radius, 0.5 * self.limits.thickness), CONTACT_MARGIN_RAD, self.use_contact, self.use_sight, True,
+            give_up, self.goal.longest_side_mm,
         )  # fmt: skip
         wanted = np.abs(tree.target).sum()
         return FoldResult(

@@ -82,10 +82,13 @@ def flat_tree(layout: FlatLayout, axis_rad: float) -> FlatTree:
     )
 
 
-def judge(layout: FlatLayout, problem: FoldProblem, axis_rad: float) -> Candidate:
-    """Fold ``layout`` and weigh what comes out: shape error first, then completion, then rotations."""
+def judge(layout: FlatLayout, problem: FoldProblem, axis_rad: float, give_up: float = math.inf) -> Candidate:
+    """Fold ``layout`` and weigh what comes out: shape error first, then completion, then rotations.
+
+    A net whose cost is about to exceed ``give_up`` is not folded to the end; what it costs then is a bound.
+    """
     tree = flat_tree(layout, axis_rad)
-    result = problem.fold(tree)
+    result = problem.fold(tree, give_up=give_up)
     weight = cost(result, problem) if fits(tree, problem) else math.inf
     return Candidate(layout, axis_rad, tree, result, weight)
 
@@ -180,11 +183,12 @@ def improve(
         if done(best) or settings.late:
             break
         temperature = warm * (cold / warm) ** (step / max(1, settings.evaluations - 1))
-        trial = _move(current, problem, rng, axes, settings.fixed_base)
+        # the cost that would still be accepted, drawn beforehand so that hopeless nets can be given up
+        bar = current.cost - temperature * math.log(1.0 - rng.random())
+        trial = _move(current, problem, rng, axes, settings.fixed_base, bar)
         if trial is None:
             continue
-        gain = current.cost - trial.cost
-        if gain >= 0.0 or (math.isfinite(gain) and rng.random() < math.exp(gain / temperature)):
+        if trial.cost <= bar and math.isfinite(trial.cost):
             current = trial
         if trial.cost < best.cost:
             best = trial
@@ -199,16 +203,17 @@ def _move(
     rng: np.random.Generator,
     axes: list[float],
     fixed_base: bool,
+    bar: float,
 ) -> Candidate | None:
     """One random change of ``current``, judged; None if none was possible."""
     tree, result = current.tree, current.result
     kind = rng.random()
     if kind < 0.06:
-        return judge(current.layout, problem, axes[int(rng.integers(len(axes)))])
+        return judge(current.layout, problem, axes[int(rng.integers(len(axes)))], bar)
     if kind < 0.12 and not fixed_base:
         layout = current.layout.copy()
         layout.set_base(int(rng.integers(len(tree.parent))))
-        return judge(layout, problem, current.axis_rad) if layout.free_edges() > 0 else None
+        return judge(layout, problem, current.axis_rad, bar) if layout.free_edges() > 0 else None
     missing = np.abs(tree.target) - np.minimum(np.abs(result.reached), np.abs(tree.target))
     failed = np.flatnonzero((result.cause != 0) & (missing > 1e-9))
     if len(failed) == 0:
@@ -231,5 +236,5 @@ def _move(
         rng.shuffle(joins)
         for join in joins[:12].tolist():
             if layout.exchange(cut, int(join)):
-                return judge(layout, problem, current.axis_rad)
+                return judge(layout, problem, current.axis_rad, bar)
     return None

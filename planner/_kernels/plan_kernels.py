@@ -110,7 +110,7 @@ def free_angle(  # type: ignore[no-untyped-def]
 def fold_greedily(  # type: ignore[no-untyped-def]
     parent, preorder, first, last, hinges, lengths, target, rank, lever,
     solids, centres, radii, sharp, present, flat, panel, faces,
-    rotary, fine, ex, ey, hidden_max, radius, margin, use_contact, use_sight, retry,
+    rotary, fine, ex, ey, hidden_max, radius, margin, use_contact, use_sight, retry, give_up, size,
 ):  # fmt: skip
     """Fold a net as far as it goes.
 
@@ -134,6 +134,8 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         margin: angle kept before a contact.
         use_contact, use_sight: rules that are on.
         retry: also try conceded creases again while the way to the base is flat.
+        give_up: stop once the estimated cost of what was conceded exceeds this (inf: never).
+        size: longest side of the goal, mm, for that estimate.
 
     Returns:
         (steps (S, 3): kind, face or rotary index, angle; reached (n,), cause (n,), blocker (n,),
@@ -167,6 +169,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
     steps = np.zeros((12 * n + 16, 3))
     used = 0
     clock = 0
+    lost_shape, lost_angle, wanted_angle = 0.0, 0.0, max(1e-9, np.abs(target).sum())
     at = 0  # rotary option now
     astray = False  # True while the rotary stands at a fine tilt instead
     kxs, kys, ups = np.empty(options), np.empty(options), np.empty(options)
@@ -390,6 +393,12 @@ def fold_greedily(  # type: ignore[no-untyped-def]
             why, who = NOT_BLOCKED, -1
             frozen[f] = True
         cause[f], blocker[f] = why, who
+        # cost of what is missing so far, as the search weighs it; retries may mend some of it
+        missing = abs(target[f] - angle[f])
+        lost_shape += (0.5 * missing * lever[f] / size) ** 2
+        lost_angle += missing
+        if math.sqrt(lost_shape) + 0.25 * lost_angle / wanted_angle > give_up:
+            break
         done[f] = True
         conceded[f] = angle[f] != target[f]
         g = parent[f]
