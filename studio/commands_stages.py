@@ -68,6 +68,8 @@ def net(
         force=force,
         progress=Progress(quiet=quiet or json),
     )
+    if prove:
+        summary = summary.with_notice(summary.proof())
     print_summary(summary, as_json=json)
     return DONE
 

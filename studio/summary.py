@@ -82,6 +82,16 @@ class Summary:
             text += f", {self.thickness_mm:g} mm {self.material} on {self.rig}"
         return text
 
+    def proof(self) -> str:
+        """Whether the edits are proven fewest, in words."""
+        if self.optimal:
+            return f"{self.edits} edits are proven fewest"
+        return f"{self.edits} edits are not proven fewest: any net needs at least {self.lower_bound}"
+
+    def with_notice(self, notice: str) -> Summary:
+        """A copy with one more notice."""
+        return replace(self, notices=(*self.notices, notice))
+
     def with_bundle(self, bundle: str) -> Summary:
         """A copy that names the folder."""
         return replace(self, bundle=bundle)

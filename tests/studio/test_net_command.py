@@ -85,6 +85,11 @@ def test_a_profile_of_ones_own_travels_with_the_bundle(tmp_path):
     assert 'name = "mine"' in (tmp_path / "box" / "rig.toml").read_text(encoding="utf-8")
 
 
+def test_prove_says_what_is_proven(capsys):
+    assert net("--prove") == 0
+    assert "edits are proven fewest" in capsys.readouterr().out
+
+
 def test_a_changed_net_is_named(tmp_path, capsys):
     assert net() == 0
     with (tmp_path / "box" / "net.fold").open("a") as stream:
