@@ -181,7 +181,8 @@ class FoldProblem:
             solids, centres, radii, sharp, np.ones(len(solids), np.bool_), np.ones(len(solids), np.bool_),
             panel_numbers(tree, len(solids)), count,
             self.rotary, self.fine, float(tree.axis[0]), float(tree.axis[1]), self.hidden_max * SIGHT_RESERVE,
-            max(self.limits.beam_radius, 0.5 * self.limits.thickness), CONTACT_MARGIN_RAD, self.use_contact, self.use_sight, True,
+            max(self.limits.beam_radius, 0.5 * self.limits.thickness), CONTACT_MARGIN_RAD,
+            self.use_contact, self.use_sight, True,
             give_up, self.goal.longest_side_mm,
         )  # fmt: skip
         wanted = np.abs(tree.target).sum()

@@ -7,8 +7,10 @@ between the faces that witness a failure and joins the two parts elsewhere, keep
 from __future__ import annotations
 
 import math
+import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -143,17 +145,27 @@ def search(
         found.append(min(both, key=_by_cost))
         found.sort(key=_by_cost)
         tell(number / total, f"net {number + 1} of {len(layouts)}: {found[0].result.completion:.1%} folded")
-    for chain, start in enumerate(found[: settings.chains]):
-        if done(found[0]) or settings.late:
-            break
-        offset = len(layouts) + chain * settings.evaluations
+    if done(found[0]) or settings.late or settings.evaluations == 0:
+        return found
+    stop = threading.Event()
+    steps = [0] * settings.chains
 
-        def report(step: int, candidate: Candidate, offset: int = offset) -> None:
-            tell((offset + step) / total, f"improving the net: {candidate.result.completion:.1%} folded")
+    def chain(number: int) -> Candidate:
+        def report(step: int, best: Candidate) -> None:
+            steps[number] = step
+            share = (len(layouts) + sum(steps)) / total
+            tell(share, f"improving the net: {best.result.completion:.1%} folded")
 
-        found.append(improve(start, problem, replace(settings, seed=settings.seed + 7919 * chain), report))
-        found.sort(key=_by_cost)
-    return found
+        return improve(
+            found[number], problem, replace(settings, seed=settings.seed + 7919 * number), report, stop
+        )
+
+    with ThreadPoolExecutor(settings.chains) as pool:  # the fold planner runs without the interpreter lock
+        try:
+            improved = list(pool.map(chain, range(min(settings.chains, len(found)))))
+        finally:
+            stop.set()
+    return sorted([*improved, *found], key=_by_cost)
 
 
 def _by_cost(candidate: Candidate) -> float:
@@ -170,17 +182,20 @@ def improve(
     problem: FoldProblem,
     settings: SearchSettings,
     on_step: Callable[[int, Candidate], None] | None = None,
+    stop: threading.Event | None = None,
 ) -> Candidate:
     """Anneal one net: exchange creases on the paths between faces that block each other.
 
-    Source: the co-design of net and plan by simulated annealing; the temperature falls geometrically.
+    Source: the co-design of net and plan by simulated annealing; the temperature falls
+    geometrically. ``stop``
+    ends it from another thread.
     """
     rng = np.random.default_rng(settings.seed)
     axes = axis_angles(problem)
     current, best = start, start
     warm, cold = 0.01, 1e-4
     for step in range(settings.evaluations):
-        if done(best) or settings.late:
+        if done(best) or settings.late or (stop is not None and stop.is_set()):
             break
         temperature = warm * (cold / warm) ** (step / max(1, settings.evaluations - 1))
         # the cost that would still be accepted, drawn beforehand so that hopeless nets can be given up

@@ -106,7 +106,7 @@ def free_angle(  # type: ignore[no-untyped-def]
     return (max(0.0, free - margin) if by >= 0 else wanted), by
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def fold_greedily(  # type: ignore[no-untyped-def]
     parent, preorder, first, last, hinges, lengths, target, rank, lever,
     solids, centres, radii, sharp, present, flat, panel, faces,
