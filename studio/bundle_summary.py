@@ -83,10 +83,12 @@ def step_settings(ws: Workspace) -> dict[int, StepSetting]:
     """Step index → how it is burnt, for the report's table."""
     from studio.report import StepSetting
 
-    return {
-        fold.step: StepSetting(
-            passes=fold.passes, power_w=fold.power_w, speed_mm_s=fold.speed_mm_s,
-            seconds=fold.seconds, energy_j=fold.energy_j,
+    settings = {
+        cut.step: StepSetting(cut.passes, cut.power_w, cut.speed_mm_s, cut.beam_s, cut.energy_j)
+        for cut in ws.process.cuts
+    }
+    for fold in ws.process.folds:
+        settings[fold.step] = StepSetting(
+            fold.passes, fold.power_w, fold.speed_mm_s, fold.seconds, fold.energy_j
         )
-        for fold in ws.process.folds
-    }  # fmt: skip
+    return settings

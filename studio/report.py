@@ -10,7 +10,7 @@ from html import escape
 from importlib import resources
 from typing import Any
 
-from planner.fold_plan import Fold, FoldPlan
+from planner.fold_plan import FoldPlan
 from studio.manifest import Manifest
 from studio.progress import duration_text
 from studio.report_data import steps_values, viewer_values
@@ -168,10 +168,10 @@ def _steps(plan: FoldPlan, settings: Mapping[int, StepSetting]) -> str:
         '<th class="num">speed mm/s</th><th class="num">energy J</th><th class="num">time s</th>'
     )
     rows = []
-    for index, (step, values) in enumerate(zip(plan.steps, steps_values(plan), strict=True)):
+    for index, values in enumerate(steps_values(plan)):
         setting = settings.get(index, StepSetting())
         cells = (
-            f"{setting.passes}" if setting.passes is not None and isinstance(step, Fold) else "",
+            f"{setting.passes}" if setting.passes is not None else "",
             _number(setting.power_w), _number(setting.speed_mm_s),
             _number(setting.energy_j), _number(setting.seconds),
         )  # fmt: skip
