@@ -133,7 +133,7 @@ class FoldProblem:
         self._double_area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
         inradius = self._double_area / lengths.sum(axis=1)
         self._mid_insets = np.minimum(plain, 0.75 * inradius[:, None])
-        self._sharp = (insets > self._mid_insets + 1e-9).any(axis=1)
+        self.sharp = (insets > self._mid_insets + 1e-9).any(axis=1)
 
     def solids(self, tree: FlatTree) -> NDArray[np.float64]:
         """(F, 12, 3) corners of every face in the flat sheet: prism, inset triangle, full triangle."""
@@ -163,7 +163,7 @@ class FoldProblem:
 
         count = len(tree.parent)
         solids = self.solids(tree)
-        sharp = self._sharp
+        sharp = self.sharp
         if obstacles is not None and len(obstacles):
             solids = np.concatenate([solids, obstacles])
             sharp = np.concatenate([sharp, np.zeros(len(obstacles), dtype=np.bool_)])

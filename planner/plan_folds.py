@@ -250,7 +250,8 @@ def sheet_hits(
     preorder, first, last = subtree_ranges(tree.parent, tree.order)
     hinges, _ = hinge_lines(tree)
     present = np.arange(len(solids)) >= count
-    moving, sharp, work = np.zeros(len(solids), np.bool_), np.zeros(len(solids), np.bool_), np.empty((30, 3))
+    moving, work = np.zeros(len(solids), np.bool_), np.empty((30, 3))
+    sharp = np.concatenate([problem.sharp, np.zeros(len(bodies), np.bool_)])
     angle = np.zeros(count)
     found: dict[int, int] = {}
     for number, (_, which, value) in enumerate(result.steps[result.steps[:, 0] == 1].tolist()):
