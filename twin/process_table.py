@@ -248,22 +248,28 @@ class SettingTable:
         table, where = self.table, self.conditions
         solidus = where.material.constants.solidus_c
         tests = {
-            "the beam cuts or melts the metal": table.peak_top_c <= DESIGN_PEAK_SHARE * solidus,
-            "the beam cuts the sheet": table.regime != 5,
-            "heat spreads through the sheet before it bends (beam too slow)": table.fourier <= DESIGN_FOURIER,
-            "the power is too near that of first yield": table.power_w
-            >= THRESHOLD_RESERVE * table.threshold_w,
+            "the lit side gets too hot": table.peak_top_c <= DESIGN_PEAK_SHARE * solidus,
+            "the beam would cut the sheet": table.regime != REGIMES.index("cuts"),
+            f"heat spreads through the sheet too fast (Fourier number over {DESIGN_FOURIER:g})": (
+                table.fourier <= DESIGN_FOURIER
+            ),
+            "the power is too near that of first yield": (
+                table.power_w >= THRESHOLD_RESERVE * table.threshold_w
+            ),
             "one pass bends too far": table.angle_rad <= LARGEST_PASS_RAD,
             "one pass bends less than 0.02 degrees": table.angle_rad >= math.radians(0.02),
         }
-        usable = np.flatnonzero(np.logical_and.reduce(list(tests.values())))
+        passed = np.array(list(tests.values()))
+        usable = np.flatnonzero(passed.all(axis=0))
         ratio = where.across_mm / where.thickness_mm
         if len(usable) and ratio <= LARGEST_WIDTH_RATIO:
             return usable
         if ratio > LARGEST_WIDTH_RATIO:
             reason = f"the beam is {ratio:.2g} thicknesses wide, the model ends at {LARGEST_WIDTH_RATIO:g}"
         else:
-            reason = "; ".join(text for text, passed in tests.items() if passed.mean() < 0.5)
+            nearest = int(np.lexsort((table.fourier, -passed.sum(axis=0)))[0])
+            why = " and ".join(text for text, good in zip(tests, passed[:, nearest], strict=True) if not good)
+            reason = f"even at {table.power_w[nearest]:.3g} W and {table.speed_mm_s[nearest]:.3g} mm/s {why}"
         raise HeatingError(
             f"no setting folds {where.material.name} {where.material.temper_name} of {where.thickness_mm:g} "
             f"mm with at most {where.largest_w:.3g} W and {where.largest_mm_s:.3g} mm/s (absorptivity "
