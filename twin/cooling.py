@@ -87,7 +87,9 @@ def pass_times(
         raise HeatingError(
             f"allowed start temperature {allowed_c:g} °C must be above ambient ({AMBIENT_C:g} °C)"
         )
-    memory = 7.0 * loss_time_s(material, thickness_mm)
+    tau = loss_time_s(material, thickness_mm)
+    scale = float(crease_rise(np.ones(1), line_j_m, thickness_mm, material)[0]) * math.exp(1.0 / tau)
+    memory = 7.0 * tau
     begun = np.zeros(count)
     start = np.full(count, AMBIENT_C)
     intervals = np.full(count, shortest_s)
@@ -97,22 +99,9 @@ def pass_times(
         while begun[n - 1] - begun[oldest] > memory:
             oldest += 1
         ages = begun[n - 1] - begun[oldest:n]
-
-        def rise(wait: float, ages: NDArray[np.float64] = ages) -> float:
-            return float(np.sum(crease_rise(ages + wait, line_j_m, thickness_mm, material)))
-
-        wait = shortest_s
-        if rise(wait) > allowed:
-            low, high = wait, 2.0 * wait
-            while rise(high) > allowed:
-                low, high = high, 2.0 * high
-            for _ in range(12):
-                middle = 0.5 * (low + high)
-                low, high = (middle, high) if rise(middle) > allowed else (low, middle)
-            wait = high
-        wait = math.ceil(wait * 1000.0) / 1000.0
+        wait, rise = _rest(ages, scale, tau, allowed, shortest_s, float(intervals[n - 2]) if n > 1 else 0.0)
         begun[n] = begun[n - 1] + wait
-        start[n] = AMBIENT_C + rise(wait)
+        start[n] = AMBIENT_C + rise
         intervals[n - 1] = wait
         steady = steady + 1 if n > 1 and wait <= intervals[n - 2] * 1.001 else 0
         if steady >= 5 and begun[n] > memory:  # what is added is what is lost: the rest is the same
@@ -122,3 +111,34 @@ def pass_times(
     else:
         intervals[count - 1 :] = intervals[count - 2] if count > 1 else shortest_s
     return PassTimes(intervals, start)
+
+
+def _rest(
+    ages: NDArray[np.float64], scale: float, tau: float, allowed: float, shortest: float, guess: float
+) -> tuple[float, float]:
+    """Shortest wait in whole ms after which the rise is at most ``allowed``, and the rise then.
+
+    The rise falls and is convex, so Newton's method climbs to the root from below and never passes it.
+    """
+
+    def rise_and_slope(wait: float) -> tuple[float, float]:
+        after = ages + wait
+        parts = scale * np.exp(-after / tau) / np.sqrt(after)
+        return float(parts.sum()), -float((parts * (0.5 / after + 1.0 / tau)).sum())
+
+    wait = shortest
+    rise, slope = rise_and_slope(wait)
+    if rise <= allowed:
+        return wait, rise
+    if guess > shortest:
+        there = rise_and_slope(guess)
+        if there[0] > allowed:
+            wait, (rise, slope) = guess, there
+    for _ in range(50):
+        step = (allowed - rise) / slope
+        wait += step
+        if step < 1e-5:
+            break
+        rise, slope = rise_and_slope(wait)
+    wait = math.ceil(wait * 1000.0 + 0.01) / 1000.0
+    return wait, rise_and_slope(wait)[0]
