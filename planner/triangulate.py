@@ -123,7 +123,7 @@ class _Mesh:
             if (a, b) not in self.apex:
                 continue
             for c, d in self._split(a, b):
-                if (c < d or (d, c) not in self.apex) and self.length(c, d) > longest_mm:
+                if self.length(c, d) > longest_mm:
                     heapq.heappush(heap, (-self.length(c, d), c, d))
 
     def smooth(self, longest_mm: float) -> None:
