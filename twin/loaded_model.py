@@ -45,6 +45,7 @@ class LoadedModel:
         face_geom: (F,) geom of every face.
         piece_geom: (S,) geom of every piece of the sheet.
         owner: geom → (kind, number) with kind ``"face"`` or ``"sheet"``.
+        flat_position: (B, 3) where the frame of every body lies in the flat sheet.
         joint: joint name → joint number.
     """
 
@@ -66,6 +67,7 @@ class LoadedModel:
         self.owner |= {int(g): ("sheet", k) for k, g in enumerate(self.piece_geom)}
         self.joint = {model.joint(j).name: j for j in range(model.njnt)}
         mujoco.mj_kinematics(model, self.data)
+        self.flat_position = self.data.xpos.copy()
 
     def qpos_address(self, joint: str) -> int:
         """Index of a joint's angle in ``data.qpos``."""

@@ -79,7 +79,7 @@ class Validation:
         shape_rms: RMS distance of the face corners from the goal, best rigid fit, mm.
         shape_rms_rel: the same over the diagonal of the goal's bounding box.
         max_vertex_error: largest such distance, mm.
-        touches: light touches of sagging faces, which are no reason to refuse.
+        noted: light touches of sagging faces and creases hidden by sag alone: no reason to refuse.
         missed_by_dynamics: contacts that the sweep saw and the dynamic run did not feel.
         energy_j: laser energy of the process, J.
         seconds: its time, s.
@@ -110,7 +110,7 @@ class Validation:
     shape_rms: float
     shape_rms_rel: float
     max_vertex_error: float
-    touches: tuple[Event, ...]
+    noted: tuple[Event, ...]
     missed_by_dynamics: tuple[Event, ...]
     energy_j: float
     seconds: float
@@ -194,7 +194,7 @@ def validate(
     return Validation(
         verdict=_verdict(events), events=events, hinges=_hinges(plan, run, sorted(passes)),
         shape_rms=float(rms[0]), shape_rms_rel=float(rms[0]) / diagonal, max_vertex_error=float(worst[0]),
-        touches=run.touches, missed_by_dynamics=run.missed,
+        noted=run.noted, missed_by_dynamics=run.missed,
         energy_j=process.energy_j if process else 0.0, seconds=process.seconds if process else 0.0,
         passes=process.passes if process else sum(map(len, passes.values())),
         heating=bends.name, calibration=process.calibration if process else "none",

@@ -38,7 +38,7 @@ def validation_bytes(validation: Validation, hashes: Mapping[str, str]) -> bytes
     for item in fields(validation):
         data.setdefault(_RENAMED.get(item.name, item.name), getattr(validation, item.name))
     data["events"] = [_event(e) for e in validation.events]
-    data["touches"] = [_event(e) for e in validation.touches]
+    data["noted"] = [_event(e) for e in validation.noted]
     data["missed_by_dynamics"] = [_event(e) for e in validation.missed_by_dynamics]
     data["hinges"] = [
         {"crease": h.crease, "goal": _degrees(h.goal_rad), "wanted": _degrees(h.wanted_rad),
@@ -93,7 +93,7 @@ def read_validation(path: str | os.PathLike[str]) -> Validation:
             **plain
             | {
                 "events": tuple(_read_event(e) for e in data["events"]),
-                "touches": tuple(_read_event(e) for e in data["touches"]),
+                "noted": tuple(_read_event(e) for e in data["noted"]),
                 "missed_by_dynamics": tuple(_read_event(e) for e in data["missed_by_dynamics"]),
                 "hinges": tuple(
                     Hinge(int(h["crease"]), *(math.radians(h[k]) for k in ("goal", "wanted", "reached")))
