@@ -85,7 +85,7 @@ def flat_tree(layout: FlatLayout, axis_rad: float) -> FlatTree:
 
 
 def judge(layout: FlatLayout, problem: FoldProblem, axis_rad: float, give_up: float = math.inf) -> Candidate:
-    """Fold ``layout`` and weigh what comes out: shape error first, then completion, then rotations.
+    """Fold ``layout`` and weigh what comes out, see ``cost``.
 
     A net whose cost is about to exceed ``give_up`` is not folded to the end; what it costs then is a bound.
     """
@@ -96,9 +96,9 @@ def judge(layout: FlatLayout, problem: FoldProblem, axis_rad: float, give_up: fl
 
 
 def cost(result: FoldResult, problem: FoldProblem) -> float:
-    """Shape error relative to the size, plus completion and rotations with small weights."""
+    """What the search makes small: missing angle, plus shape error and rotations with smaller weights."""
     relative = result.shape_rms / problem.goal.longest_side_mm
-    return relative + 0.25 * (1.0 - result.completion) + 1e-5 * result.rotations
+    return 1.0 - result.completion + 0.25 * relative + 1e-5 * result.rotations
 
 
 def fits(tree: FlatTree, problem: FoldProblem) -> bool:
@@ -193,7 +193,7 @@ def improve(
     rng = np.random.default_rng(settings.seed)
     axes = axis_angles(problem)
     current, best = start, start
-    warm, cold = 0.01, 1e-4
+    warm, cold = 0.01, 2e-4
     for step in range(settings.evaluations):
         if done(best) or settings.late or (stop is not None and stop.is_set()):
             break

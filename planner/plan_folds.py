@@ -30,7 +30,7 @@ from planner.substrate import make_sheet
 __all__ = ["plan_folds"]
 
 STARTS, CHAINS, FINALISTS = 24, 2, 6
-EVALUATION_BUDGET, MOST_EVALUATIONS = 60_000, 1000
+EVALUATION_BUDGET, MOST_EVALUATIONS = 90_000, 1500
 """Nets tried in one chain: the budget over the number of faces, but not more than the limit."""
 
 

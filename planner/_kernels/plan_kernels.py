@@ -397,7 +397,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         missing = abs(target[f] - angle[f])
         lost_shape += (0.5 * missing * lever[f] / size) ** 2
         lost_angle += missing
-        if math.sqrt(lost_shape) + 0.25 * lost_angle / wanted_angle > give_up:
+        if 0.25 * math.sqrt(lost_shape) + lost_angle / wanted_angle > give_up:
             break
         done[f] = True
         conceded[f] = angle[f] != target[f]
