@@ -1,4 +1,4 @@
-"""Public names of a package that load their module only when they are used, so that importing it stays cheap."""
+"""Public names of a package that load their module when they are used: importing it stays cheap."""
 
 from __future__ import annotations
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from planner._kernels.compiled import inner
 
 ABOVE_MM = 0.01
 """A triangle hides what lies at least this far under it."""
@@ -13,7 +14,7 @@ END_SHARE = 0.02
 """Share of a crease at each end that does not count: neighbours at the shared corners always touch it."""
 
 
-@njit(cache=True)
+@inner
 def covered_interval(tri, ax, ay, bx, by, kx, ky, up, radius, out):  # type: ignore[no-untyped-def]
     """Part of the segment a-b (z = 0) that the triangle covers.
 
@@ -85,14 +86,14 @@ def covered_interval(tri, ax, ay, bx, by, kx, ky, up, radius, out):  # type: ign
     return True
 
 
-@njit(cache=True)
+@inner
 def _along(p, ax, ay, ux, uy, kx, ky):  # type: ignore[no-untyped-def]
     """Coordinates along and across a segment of a point projected along the beam."""
     x, y = p[0] + kx * p[2] - ax, p[1] + ky * p[2] - ay
     return x * ux + y * uy, y * ux - x * uy
 
 
-@njit(cache=True)
+@inner
 def union_share(intervals, count):  # type: ignore[no-untyped-def]
     """Share of [END_SHARE, 1 - END_SHARE] covered by ``intervals[:count]`` (K, 2), which get sorted."""
     lo_end, hi_end = END_SHARE, 1.0 - END_SHARE
@@ -112,7 +113,7 @@ def union_share(intervals, count):  # type: ignore[no-untyped-def]
     return covered / (hi_end - lo_end)
 
 
-@njit(cache=True)
+@inner
 def hidden_share(  # type: ignore[no-untyped-def]
     panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
     ox, oy, ux, uy, length, sign, angle, kx, ky, up, radius, intervals, turned,
@@ -139,7 +140,7 @@ def hidden_share(  # type: ignore[no-untyped-def]
     bx, by = ox + ux * length, oy + uy * length
     mx, my = 0.5 * (ox + bx), 0.5 * (oy + by)
     c, s = math.cos(angle), math.sin(angle) * sign
-    count, worst, who = 0, 0.0, -1
+    count, worst, who = np.int64(0), 0.0, np.int64(-1)
     pair = np.empty(2)
     for g in range(len(solids)):
         if panel[g] == panel_a or panel[g] == panel_b or not present[g]:
@@ -169,7 +170,9 @@ def hidden_share(  # type: ignore[no-untyped-def]
             for k in range(3):
                 for d in range(3):
                     turned[k, d] = solids[g, 9 + k, d]
-        if covered_interval(turned, ox, oy, bx, by, kx, ky, up, 0.0 if moving and angle > 0.0 else radius, pair):
+        if covered_interval(
+            turned, ox, oy, bx, by, kx, ky, up, 0.0 if moving and angle > 0.0 else radius, pair
+        ):
             intervals[count, 0], intervals[count, 1] = pair[0], pair[1]
             count += 1
             if pair[1] - pair[0] > worst:

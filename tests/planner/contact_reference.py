@@ -35,7 +35,7 @@ def touch(a, b):
 
 
 def first_sampled_contact(moving, still, faces, limit, step):
-    """First sampled angle in (0, limit] at which ``moving``, turned about x, intersects ``still``; None if never."""
+    """First sampled angle in (0, limit] at which ``moving``, turned about x, meets ``still``, or None."""
     a, b = body(moving, faces), body(still, faces)
     for k in range(1, math.ceil(limit / step) + 1):
         angle = min(limit, k * step)

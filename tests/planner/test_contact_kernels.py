@@ -31,7 +31,7 @@ def meet_triangles(moving, still, limit=LIMIT):
 
 
 def agrees_with_samples(moving, still, faces, found):
-    """The exact angle lies in the sampling interval before the first hit; None where they start in contact."""
+    """The exact angle lies in the interval before the first sampled hit; None where they start in contact."""
     if touch(body(moving, faces), body(still, faces)):
         return None
     sampled = first_sampled_contact(moving, still, faces, LIMIT, STEP)
