@@ -11,7 +11,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from planner._kernels.compiled import entry, inner
 
 INSIDE_MM = 1e-7
 """A point counts as inside a face, and a crossing as on a segment, within this distance."""
@@ -20,7 +21,7 @@ PRISM_EDGES = np.array([0, 1, 1, 2, 2, 0, 3, 4, 4, 5, 5, 3, 0, 3, 1, 4, 2, 5], d
 TRIANGLE_EDGES = np.array([0, 1, 1, 2, 2, 0], dtype=np.int64)
 
 
-@njit(cache=True)
+@inner
 def roots(a, b, c, limit, cos_limit, sin_limit, out):  # type: ignore[no-untyped-def]
     """Roots in (0, limit) of a cos t + b sin t + c, ascending, into ``out`` (2,); returns how many.
 
@@ -56,7 +57,7 @@ def roots(a, b, c, limit, cos_limit, sin_limit, out):  # type: ignore[no-untyped
     return count
 
 
-@njit(cache=True)
+@inner
 def prism_planes(points, planes):  # type: ignore[no-untyped-def]
     """Outward planes (5, 4) n.x <= d of a triangular prism (6, 3): bottom 0 1 2, top 3 4 5."""
     for k in range(5):
@@ -82,7 +83,7 @@ def prism_planes(points, planes):  # type: ignore[no-untyped-def]
         planes[k, 0], planes[k, 1], planes[k, 2], planes[k, 3] = nx, ny, nz, d
 
 
-@njit(cache=True)
+@inner
 def _vertices_meet_prism(points, planes, sign, limit, scratch):  # type: ignore[no-untyped-def]
     """First t in (0, limit] at which a turning vertex (sign = direction of the turn) enters the prism."""
     best = limit
@@ -111,7 +112,7 @@ def _vertices_meet_prism(points, planes, sign, limit, scratch):  # type: ignore[
     return best
 
 
-@njit(cache=True)
+@inner
 def _edges_meet(moving, moving_edges, still, still_edges, limit, scratch):  # type: ignore[no-untyped-def]
     """First t in (0, limit] at which an edge of the moving body crosses an edge of the still one."""
     best = limit
@@ -153,7 +154,7 @@ def _edges_meet(moving, moving_edges, still, still_edges, limit, scratch):  # ty
     return best
 
 
-@njit(cache=True)
+@inner
 def prisms_meet(moving, still, limit, planes_m, planes_s, scratch):  # type: ignore[no-untyped-def]
     """First t in (0, limit) at which the prism ``moving`` (6, 3), turning about x, meets ``still``; else limit.
 
@@ -166,7 +167,7 @@ def prisms_meet(moving, still, limit, planes_m, planes_s, scratch):  # type: ign
     return _edges_meet(moving, PRISM_EDGES, still, PRISM_EDGES, best, scratch)
 
 
-@njit(cache=True)
+@inner
 def _vertices_meet_triangle(points, tri, sign, limit, scratch):  # type: ignore[no-untyped-def]
     """First t in (0, limit] at which a turning vertex of a triangle passes through the triangle ``tri``."""
     best = limit
@@ -203,7 +204,7 @@ def _vertices_meet_triangle(points, tri, sign, limit, scratch):  # type: ignore[
     return best
 
 
-@njit(cache=True)
+@inner
 def triangles_meet(moving, still, limit, scratch):  # type: ignore[no-untyped-def]
     """First t in (0, limit) at which the triangle ``moving`` (3, 3), turning about x, meets ``still``; else limit."""
     best = _vertices_meet_triangle(moving, still, 1.0, limit, scratch)
@@ -211,7 +212,7 @@ def triangles_meet(moving, still, limit, scratch):  # type: ignore[no-untyped-de
     return _edges_meet(moving, TRIANGLE_EDGES, still, TRIANGLE_EDGES, best, scratch)
 
 
-@njit(cache=True)
+@inner
 def to_axis_frame(points, ox, oy, ux, uy, out):  # type: ignore[no-untyped-def]
     """Points (K, 3) into the frame whose origin is (ox, oy, 0), x along (ux, uy, 0) and z up."""
     for k in range(len(points)):
@@ -219,7 +220,7 @@ def to_axis_frame(points, ox, oy, ux, uy, out):  # type: ignore[no-untyped-def]
         out[k, 0], out[k, 1], out[k, 2] = x * ux + y * uy, y * ux - x * uy, points[k, 2]
 
 
-@njit(cache=True)
+@inner
 def sector(points, out):  # type: ignore[no-untyped-def]
     """Bounds of a convex body (K, 3) about the x axis, into ``out``: x from, to, radius from, to, angle from, to.
 
@@ -250,7 +251,7 @@ def sector(points, out):  # type: ignore[no-untyped-def]
     out[2], out[4], out[5] = r_lo, middle + a_lo, middle + a_hi
 
 
-@njit(cache=True)
+@inner
 def sectors_apart(moving, still, limit):  # type: ignore[no-untyped-def]
     """True if a body with bounds ``moving``, turned by 0 to ``limit``, cannot meet one with bounds ``still``."""
     if moving[0] > still[1] or still[0] > moving[1] or moving[2] > still[3] or still[2] > moving[3]:
@@ -260,7 +261,7 @@ def sectors_apart(moving, still, limit):  # type: ignore[no-untyped-def]
     return gap > span and gap + (still[5] - still[4]) < 2.0 * math.pi
 
 
-@njit(cache=True)
+@entry
 def turn_contact(  # type: ignore[no-untyped-def]
     face, parent, members, moving_mask, solids, centres, radii, sharp, present,
     ox, oy, ux, uy, limit, work,
@@ -271,7 +272,7 @@ def turn_contact(  # type: ignore[no-untyped-def]
         face: the face at the hinge; with ``parent`` the one pair that is never tested.
         parent: its parent.
         members: faces that move.
-        moving_mask: (N,) True for the members.
+        moving_mask: (N,) work space; False for all afterwards.
         solids: (N, 12, 3) corners now: 0-5 prism, 6-8 inset mid triangle, 9-11 full mid triangle.
         centres: (N, 3) and
         radii: (N,) bounding spheres.
@@ -279,7 +280,7 @@ def turn_contact(  # type: ignore[no-untyped-def]
         present: (N,) solids that exist.
         ox, oy, ux, uy: the axis.
         limit: angle wanted, > 0 and at most pi.
-        work: (30, 3) work space.
+        work: (18, 3) or larger work space.
 
     Returns:
         (angle, moving face, still solid); the angle equals ``limit`` and the faces are -1 if nothing is met.
@@ -290,6 +291,7 @@ def turn_contact(  # type: ignore[no-untyped-def]
     polar = np.empty((len(members), 3))
     for k in range(len(members)):
         m = members[k]
+        moving_mask[m] = True
         x = (centres[m, 0] - ox) * ux + (centres[m, 1] - oy) * uy
         y = (centres[m, 1] - oy) * ux - (centres[m, 0] - ox) * uy
         r = math.sqrt(y * y + centres[m, 2] * centres[m, 2])
@@ -297,7 +299,7 @@ def turn_contact(  # type: ignore[no-untyped-def]
         x_lo, x_hi = min(x_lo, x - radii[m]), max(x_hi, x + radii[m])
         r_hi, r_lo = max(r_hi, r + radii[m]), min(r_lo, r - radii[m])
     mov, still = work[0:9], work[9:18]
-    bounds_m, bounds_s = work[18:20].reshape(6), work[20:22].reshape(6)
+    bounds_m, bounds_s = np.empty(6), np.empty(6)
     planes_m, planes_s = np.empty((5, 4)), np.empty((5, 4))
     scratch = np.empty(2)
     two_pi = 2.0 * math.pi
@@ -343,4 +345,6 @@ def turn_contact(  # type: ignore[no-untyped-def]
                 t = triangles_meet(mov[6:9], still[6:9], t, scratch)
             if t < best:
                 best, hit_m, hit_s = t, m, s
+    for m in members:
+        moving_mask[m] = False
     return best, hit_m, hit_s

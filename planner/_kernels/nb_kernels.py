@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from planner._kernels.compiled import entry, inner
 from planner._kernels.net_arrays import (
     BLOOMING,
     CENTRE,
@@ -29,8 +30,6 @@ from planner._kernels.net_arrays import (
     Floats,
     Ints,
     NetArrays,
-    entry,
-    inner,
 )
 from planner._kernels.net_kernels import (
     component,

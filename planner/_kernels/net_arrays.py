@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 Ints = NDArray[np.int64]
@@ -32,12 +31,6 @@ FACES, SLOTS, FLAT, FROZEN, TREE, BLOOMING, OUTLINE, EDGES = 0, 2, 4, 5, 6, 7, 8
 
 # entries of NetArrays.number: base face, last query, size of the marked component, faces tested while moving
 BASE, QUERY, SIZE, TESTED, NUMBERS = 0, 1, 2, 3, 4
-
-
-# kernels called from Python, and kernels called from kernels only: wrappers that nobody uses cost time to
-# compile
-entry = njit(cache=True, error_model="numpy", no_cfunc_wrapper=True)
-inner = njit(cache=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
 
 
 class NetArrays(NamedTuple):

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from planner._kernels.compiled import entry, inner
 from planner._kernels.net_arrays import (
     BASE,
     CENTRE,
@@ -37,8 +38,6 @@ from planner._kernels.net_arrays import (
     Floats,
     Ints,
     NetArrays,
-    entry,
-    inner,
 )
 from planner._kernels.overlap_kernels import (
     count_hits,

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from planner._kernels.compiled import entry, inner
 from planner._kernels.net_arrays import (
     CELL,
     CENTRE,
@@ -21,8 +22,6 @@ from planner._kernels.net_arrays import (
     Floats,
     Ints,
     NetArrays,
-    entry,
-    inner,
 )
 
 OVERLAP_TOLERANCE_MM = 1e-4

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
-from numba import njit
 
+from planner._kernels.compiled import entry, inner
 from planner._kernels.contact_kernels import turn_contact
 from planner._kernels.sight_kernels import hidden_share
 
@@ -22,7 +23,7 @@ LEAST_GAIN_RAD = math.radians(0.2)
 LEAST_FOLD_RAD = math.radians(0.5)
 
 
-@njit(cache=True)
+@entry
 def turn_solids(solids, centres, members, ox, oy, ux, uy, angle):  # type: ignore[no-untyped-def]
     """Turn the ``members`` by ``angle`` (signed) about the line through (ox, oy, 0) along (ux, uy, 0)."""
     c, s = math.cos(angle), math.sin(angle)
@@ -41,7 +42,7 @@ def turn_solids(solids, centres, members, ox, oy, ux, uy, angle):  # type: ignor
                 centres[m, 0], centres[m, 1], centres[m, 2] = x, y, height
 
 
-@njit(cache=True)
+@inner
 def sight_limit(  # type: ignore[no-untyped-def]
     panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
     ox, oy, ux, uy, length, sign, limit, kx, ky, up, radius, hidden_max, intervals, turned,
@@ -72,41 +73,46 @@ def sight_limit(  # type: ignore[no-untyped-def]
     return (limit * end / count if end >= 0 else -1.0), by
 
 
-@njit(cache=True)
-def free_angle(  # type: ignore[no-untyped-def]
-    face, parent, members, moving_mask, solids, centres, radii, sharp, present,
-    ox, oy, ux, uy, wanted, margin, work,
+@inner
+def mark(mask, members, value):  # type: ignore[no-untyped-def]
+    """Set ``mask`` of the ``members``."""
+    for m in members:
+        mask[m] = value
+
+
+@inner
+def fold_members(  # type: ignore[no-untyped-def]
+    face, members, clock, stamp, flat, frozen, solids, centres, ox, oy, ux, uy, angle,
 ):  # fmt: skip
-    """Angle up to ``wanted`` that the ``members`` turn without contact, kept ``margin`` short of one.
-
-    Returns:
-        (angle, solid that is met, -1 if none)
-    """
+    """Turn the ``members`` about the crease of ``face`` and note that they moved; only ``face`` may move on."""
+    turn_solids(solids, centres, members, ox, oy, ux, uy, angle)
     for m in members:
-        moving_mask[m] = True
-    free, _, by = turn_contact(
-        face,
-        parent,
-        members,
-        moving_mask,
-        solids,
-        centres,
-        radii,
-        sharp,
-        present,
-        ox,
-        oy,
-        ux,
-        uy,
-        wanted,
-        work,
-    )
-    for m in members:
-        moving_mask[m] = False
-    return (max(0.0, free - margin) if by >= 0 else wanted), by
+        stamp[m] = clock
+        flat[m] = False
+        if m != face:
+            frozen[m] = True
 
 
-@njit(cache=True, nogil=True)
+@inner
+def release(face, parent, target, waiting, done):  # type: ignore[no-untyped-def]
+    """``face`` is done: its parent waits for one less; a flat joint is done with the last one."""
+    done[face] = True
+    g = parent[face]
+    waiting[g] -= 1
+    while parent[g] >= 0 and target[g] == 0.0 and waiting[g] == 0 and not done[g]:
+        done[g] = True
+        g = parent[g]
+        waiting[g] -= 1
+
+
+@inner
+def add_step(steps, used, kind, which, angle):  # type: ignore[no-untyped-def]
+    """Write a step; returns the number of steps."""
+    steps[used, 0], steps[used, 1], steps[used, 2] = kind, which, angle
+    return used + 1
+
+
+@entry
 def fold_greedily(  # type: ignore[no-untyped-def]
     parent, preorder, first, last, hinges, lengths, target, rank, lever,
     solids, centres, radii, sharp, present, flat, panel, faces,
@@ -150,36 +156,35 @@ def fold_greedily(  # type: ignore[no-untyped-def]
     frozen = np.zeros(n, np.bool_)
     waiting = np.zeros(n, np.int64)
     cause = np.zeros(n, np.int64)
-    blocker = np.empty(n, np.int64)
-    blocker[:] = -1
+    blocker = np.zeros(n, np.int64)
     stopped_at = np.zeros(n)
     stamp = np.zeros(total, np.int64)
-    contact_time = np.empty(n, np.int64)
-    contact_by = np.empty(n, np.int64)
-    contact_time[:] = -1
-    contact_by[:] = -1
+    contact_time = np.zeros(n, np.int64)
+    contact_by = np.zeros(n, np.int64)
     contact_angle = np.zeros(n)
-    sight_time = np.empty((n, options), np.int64)
-    sight_by = np.empty((n, options), np.int64)
-    sight_time[:] = -1
-    sight_by[:] = -1
+    sight_time = np.zeros((n, options), np.int64)
+    sight_by = np.zeros((n, options), np.int64)
     sight_angle = np.zeros((n, options))
     moving_mask = np.zeros(total, np.bool_)
-    work, turned, intervals = np.zeros((30, 3)), np.empty((3, 3)), np.empty((total, 2))
+    work, turned, intervals = np.zeros((30, 3)), np.zeros((3, 3)), np.zeros((total, 2))
     steps = np.zeros((12 * n + 16, 3))
     used = 0
     clock = 0
-    lost_shape, lost_angle, wanted_angle = 0.0, 0.0, max(1e-9, np.abs(target).sum())
+    lost_shape, lost_angle, wanted_angle = 0.0, 0.0, 0.0
     at = 0  # rotary option now
     astray = False  # True while the rotary stands at a fine tilt instead
-    kxs, kys, ups = np.empty(options), np.empty(options), np.empty(options)
-    sines, cosines = np.sin(rotary), np.cos(rotary)
+    kxs, kys, ups = np.zeros(options), np.zeros(options), np.zeros(options)
     for r in range(options):
         kxs[r], kys[r] = math.tan(rotary[r]) * ey, -math.tan(rotary[r]) * ex
         ups[r] = 1.0 / math.cos(rotary[r])
     for f in range(n):
+        blocker[f], contact_time[f], contact_by[f] = -1, -1, -1
+        for r in range(options):
+            sight_time[f, r], sight_by[f, r] = -1, -1
+        wanted_angle += abs(target[f])
         if parent[f] >= 0:
             waiting[parent[f]] += 1
+    wanted_angle = max(1e-9, wanted_angle)
     # flat joints need no turn: they are done as soon as their children are
     for k in range(n - 1, -1, -1):
         f = preorder[k]
@@ -187,9 +192,11 @@ def fold_greedily(  # type: ignore[no-untyped-def]
             done[f] = True
             waiting[parent[f]] -= 1
 
+    best_face: Any  # a number of one width from the start: else turn_contact is compiled for two
+    best_option: Any
     reach_out = np.zeros(2)
     while True:
-        best_face, best_option, best_loss = -1, -1, np.inf
+        best_face, best_option, best_loss = np.int64(-1), np.int64(-1), np.inf
         progressed = False
         for attempt in range(options + 1):
             # the option now in force first, then the others in the order of preference from its side
@@ -227,12 +234,13 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                         ):
                             free = contact_angle[f]
                         else:
-                            free, by = free_angle(
+                            free, _, by = turn_contact(
                                 f, parent[f], members, moving_mask, solids, centres, radii, sharp, present,
-                                ox, oy, sign * ux, sign * uy, wanted, margin, work,
+                                ox, oy, sign * ux, sign * uy, wanted, work,
                             )  # fmt: skip
                             contact_time[f] = -1
                             if by >= 0:
+                                free = max(0.0, free - margin)
                                 contact_time[f], contact_by[f], contact_angle[f] = clock, by, free
                     full = free >= wanted
                     if conceded[f] and not full:
@@ -248,47 +256,37 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                             seen = sight_angle[f, r]
                         else:
                             # the beam must stay between the parent and the turning face
-                            across = sines[r] * (ux * ex + uy * ey)
-                            own = math.atan2(sign * cosines[r], across) + OVERHANG_RAD - abs(angle[f])
+                            across = math.sin(rotary[r]) * (ux * ex + uy * ey)
+                            own = (
+                                math.atan2(sign * math.cos(rotary[r]), across) + OVERHANG_RAD - abs(angle[f])
+                            )
                             by, seen = f, max(0.0, own)
                             if own >= wanted:
-                                for m in members:
-                                    moving_mask[m] = True
+                                mark(moving_mask, members, True)
                                 seen, by = sight_limit(
                                     panel[f], panel[parent[f]], panel, moving_mask, flat, solids, centres, radii,
                                     present, ox, oy, ux, uy, lengths[f], sign, wanted, kxs[r], kys[r], ups[r],
                                     radius, hidden_max, intervals, turned,
                                 )  # fmt: skip
-                                for m in members:
-                                    moving_mask[m] = False
+                                mark(moving_mask, members, False)
                             sight_time[f, r] = -1
                             if by >= 0:
                                 sight_time[f, r], sight_by[f, r], sight_angle[f, r] = clock, by, seen
                     if full and seen >= wanted:
                         if r != at or used == 0 or astray:
                             if r != 0 or used > 0:
-                                steps[used, 0], steps[used, 1], steps[used, 2] = STEP_ROTATE, r, rotary[r]
-                                used += 1
+                                used = add_step(steps, used, STEP_ROTATE, r, rotary[r])
                             at, astray = r, False
                         clock += 1
-                        turn_solids(solids, centres, members, ox, oy, ux, uy, target[f] - angle[f])
-                        for m in members:
-                            stamp[m] = clock
-                            flat[m] = False
-                            if m != f:
-                                frozen[m] = True
+                        fold_members(
+                            f, members, clock, stamp, flat, frozen, solids, centres,
+                            ox, oy, ux, uy, target[f] - angle[f],
+                        )  # fmt: skip
                         angle[f] = target[f]
-                        steps[used, 0], steps[used, 1], steps[used, 2] = STEP_FOLD, f, target[f]
-                        used += 1
+                        used = add_step(steps, used, STEP_FOLD, f, target[f])
                         cause[f], blocker[f] = NOT_BLOCKED, -1
                         if not done[f]:
-                            done[f] = True
-                            g = parent[f]
-                            waiting[g] -= 1
-                            while parent[g] >= 0 and target[g] == 0.0 and waiting[g] == 0 and not done[g]:
-                                done[g] = True
-                                g = parent[g]
-                                waiting[g] -= 1
+                            release(f, parent, target, waiting, done)
                         conceded[f] = False
                         frozen[f] = True
                         folded_any = True
@@ -304,7 +302,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                 if not folded_any:
                     break
                 progressed = True
-                best_face, best_loss = -1, np.inf
+                best_face, best_loss = np.int64(-1), np.inf
             if progressed:
                 break
         if progressed:
@@ -314,7 +312,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         # concede the cheapest one: fold it as far as it goes, in stages if another tilt shows more of it
         f = best_face
         sign = 1.0 if target[f] > 0.0 else -1.0
-        side = 0.0 if target[f] > 0.0 else math.pi
+        upright = 0.0 if target[f] > 0.0 else math.pi
         ox, oy, ux, uy = hinges[f, 0], hinges[f, 1], hinges[f, 2], hinges[f, 3]
         members = preorder[first[f] : last[f]]
         across = ux * ex + uy * ey
@@ -322,11 +320,12 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         # what was remembered are upper bounds: measure again, now that everything else stands still
         free = abs(target[f] - angle[f])
         if use_contact:
-            free, by = free_angle(
+            free, _, by = turn_contact(
                 f, parent[f], members, moving_mask, solids, centres, radii, sharp, present,
-                ox, oy, sign * ux, sign * uy, free, margin, work,
+                ox, oy, sign * ux, sign * uy, free, work,
             )  # fmt: skip
             if by >= 0:
+                free = max(0.0, free - margin)
                 contact_time[f], contact_by[f], contact_angle[f] = clock, by, free
                 if why == BY_CONTACT:
                     who = by
@@ -334,10 +333,9 @@ def fold_greedily(  # type: ignore[no-untyped-def]
             view, tilted, reach = rotary[best_option], False, free
             if use_sight:
                 reach = 0.0
-                for m in members:
-                    moving_mask[m] = True
+                mark(moving_mask, members, True)
                 for k in range(-1, len(fine)):
-                    beam = rotary[best_option] if k < 0 else side + fine[k]
+                    beam = rotary[best_option] if k < 0 else upright + fine[k]
                     leaning = math.atan2(sign * math.cos(beam), math.sin(beam) * across)
                     own = leaning + OVERHANG_RAD - abs(angle[f])
                     allowed = max(0.0, min(free, own))
@@ -364,25 +362,19 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                         view, tilted, reach = beam, k >= 0, seen
                         if seen < free:
                             why, who = BY_SIGHT, f if by < 0 else by
-                for m in members:
-                    moving_mask[m] = False
+                mark(moving_mask, members, False)
             if reach <= LEAST_FOLD_RAD:
                 break
             if tilted or astray or best_option != at or used == 0:
                 if tilted or best_option != 0 or used > 0:
-                    steps[used, 0], steps[used, 1], steps[used, 2] = STEP_ROTATE, best_option, view
-                    used += 1
+                    used = add_step(steps, used, STEP_ROTATE, best_option, view)
                 at, astray = best_option, tilted
             clock += 1
             angle[f] = target[f] if reach >= abs(target[f] - angle[f]) - 1e-9 else angle[f] + sign * reach
-            turn_solids(solids, centres, members, ox, oy, ux, uy, sign * reach)
-            for m in members:
-                stamp[m] = clock
-                flat[m] = False
-                if m != f:
-                    frozen[m] = True
-            steps[used, 0], steps[used, 1], steps[used, 2] = STEP_FOLD, f, angle[f]
-            used += 1
+            fold_members(
+                f, members, clock, stamp, flat, frozen, solids, centres, ox, oy, ux, uy, sign * reach,
+            )  # fmt: skip
+            used = add_step(steps, used, STEP_FOLD, f, angle[f])
             free -= reach
             if not use_sight or free <= LEAST_GAIN_RAD:
                 break
@@ -395,16 +387,11 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         cause[f], blocker[f] = why, who
         # cost of what is missing so far, as the search weighs it; retries may mend some of it
         missing = abs(target[f] - angle[f])
-        lost_shape += (0.5 * missing * lever[f] / size) ** 2
+        lost = 0.5 * missing * lever[f] / size
+        lost_shape += lost * lost
         lost_angle += missing
         if 0.25 * math.sqrt(lost_shape) + lost_angle / wanted_angle > give_up:
             break
-        done[f] = True
         conceded[f] = angle[f] != target[f]
-        g = parent[f]
-        waiting[g] -= 1
-        while parent[g] >= 0 and target[g] == 0.0 and waiting[g] == 0 and not done[g]:
-            done[g] = True
-            g = parent[g]
-            waiting[g] -= 1
+        release(f, parent, target, waiting, done)
     return steps[:used].copy(), angle, cause, blocker, stopped_at

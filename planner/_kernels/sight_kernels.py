@@ -32,7 +32,7 @@ def covered_interval(tri, ax, ay, bx, by, kx, ky, up, radius, out):  # type: ign
     h0, h1, h2 = tri[0, 2] * up, tri[1, 2] * up, tri[2, 2] * up
     if h0 <= ABOVE_MM and h1 <= ABOVE_MM and h2 <= ABOVE_MM:
         return False
-    length = math.sqrt((bx - ax) ** 2 + (by - ay) ** 2)
+    length = math.sqrt((bx - ax) * (bx - ax) + (by - ay) * (by - ay))
     ux, uy = (bx - ax) / length, (by - ay) / length
     # in the frame of the segment: s along it, w across it
     s0, w0 = _along(tri[0], ax, ay, ux, uy, kx, ky)
@@ -140,7 +140,7 @@ def hidden_share(  # type: ignore[no-untyped-def]
     bx, by = ox + ux * length, oy + uy * length
     mx, my = 0.5 * (ox + bx), 0.5 * (oy + by)
     c, s = math.cos(angle), math.sin(angle) * sign
-    count, worst, who = np.int64(0), 0.0, np.int64(-1)
+    count, worst, who = np.int64(0), 0.0, -1
     pair = np.empty(2)
     for g in range(len(solids)):
         if panel[g] == panel_a or panel[g] == panel_b or not present[g]:
@@ -155,7 +155,8 @@ def hidden_share(  # type: ignore[no-untyped-def]
         elif flat[g]:
             continue
         reach = radii[g] * (1.0 + abs(kx) + abs(ky)) + 0.5 * length + radius + 1.0
-        if (cx + kx * cz - mx) ** 2 + (cy + ky * cz - my) ** 2 > reach * reach:
+        px, py = cx + kx * cz - mx, cy + ky * cz - my
+        if px * px + py * py > reach * reach:
             continue
         if cz * up < -radii[g] - 1.0:
             continue

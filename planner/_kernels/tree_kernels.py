@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from planner._kernels.compiled import entry
 
 
-@njit(cache=True)
+@entry
 def subtree_ranges(parent, order):  # type: ignore[no-untyped-def]
     """Depth-first order of a tree and, for each node, the range of its subtree in that order.
 
@@ -34,7 +35,7 @@ def subtree_ranges(parent, order):  # type: ignore[no-untyped-def]
     return preorder, first, first + size
 
 
-@njit(cache=True)
+@entry
 def lever_arms(preorder, first, last, target, hinge_start, hinge_end, centroids):  # type: ignore[no-untyped-def]
     """(F,) root mean square displacement of the whole part, mm, per radian missing at the crease of each face.
 

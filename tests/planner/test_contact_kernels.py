@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from numba import njit
 
 from planner._kernels.contact_kernels import prisms_meet, triangles_meet
 from tests.planner.contact_reference import PRISM_FACES, body, first_sampled_contact, touch, turned_about_x
@@ -22,10 +23,12 @@ def prism_of(triangle, thickness=0.1):
     return np.concatenate([triangle + normal, triangle - normal])
 
 
+@njit  # kernels that only kernels call cannot be called from Python
 def meet_prisms(moving, still, limit=LIMIT):
     return prisms_meet(moving, still, limit, np.empty((5, 4)), np.empty((5, 4)), np.empty(2))
 
 
+@njit
 def meet_triangles(moving, still, limit=LIMIT):
     return triangles_meet(moving, still, limit, np.empty(2))
 

@@ -4,15 +4,26 @@ import math
 
 import numpy as np
 import pytest
+from numba import njit
 
 from planner._kernels.sight_kernels import END_SHARE, covered_interval, union_share
 from tests.planner.contact_reference import hidden_share_reference
 
 
+@njit  # kernels that only kernels call cannot be called from Python
+def share_of(intervals, count):
+    return union_share(intervals, count)
+
+
+@njit
+def covered(tri, ax, ay, bx, by, kx, ky, up, radius, out):
+    return covered_interval(tri, ax, ay, bx, by, kx, ky, up, radius, out)
+
+
 def cover(triangle, start, end, rotary, radius=0.0, axis=(1.0, 0.0)):
     out = np.empty(2)
     kx, ky = math.tan(rotary) * axis[1], -math.tan(rotary) * axis[0]
-    hit = covered_interval(triangle, *start, *end, kx, ky, 1 / math.cos(rotary), radius, out)
+    hit = covered(triangle, *start, *end, kx, ky, 1 / math.cos(rotary), radius, out)
     return (float(out[0]), float(out[1])) if hit else None
 
 
@@ -77,4 +88,4 @@ def test_rotating_everything_about_z_changes_nothing():
 
 def test_union_counts_overlapping_intervals_once_and_leaves_out_the_ends():
     intervals = np.array([[0.0, 0.01], [0.3, 0.5], [0.4, 0.6], [0.45, 0.47]])
-    assert union_share(intervals, 4) == pytest.approx(0.3 / (1 - 2 * END_SHARE))
+    assert share_of(intervals, 4) == pytest.approx(0.3 / (1 - 2 * END_SHARE))
