@@ -38,6 +38,8 @@ class MachineLimits:
         clearance: how far every face is set in from its edges when contact is tested (>= kerf / 2).
         depth_of_focus: total focus depth; with ``focus_travel`` the head follows a tilted crease.
         focus_travel: travel of the focus axis over and under the sheet plane (0: none).
+        weight_n_mm2: weight of the sheet, N per mm².
+        plastic_moment_n: moment at which a crease yields all through, N mm per mm of its length.
     """
 
     thickness: float = 0.1
@@ -51,6 +53,8 @@ class MachineLimits:
     clearance: float = 0.05
     depth_of_focus: float = 3.0
     focus_travel: float = 120.0
+    weight_n_mm2: float = 7.75e-6
+    plastic_moment_n: float = 0.66
 
 
 @dataclass(frozen=True)

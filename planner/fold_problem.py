@@ -24,6 +24,9 @@ CONTACT_MARGIN_RAD = 0.003
 RULES = ("outside-in", "side", "sight", "contact", "substrate", "held", "clearance")
 """Names of the rules that a study may switch off."""
 
+SAFE_LOAD = 0.3
+"""Share of the yielding moment that a crease carries without remark."""
+
 SIGHT_RESERVE = 0.8
 """Share of ``hidden_max`` that the planner uses: an independent check samples where this one computes."""
 
@@ -85,6 +88,7 @@ class FoldResult:
         completion: sum of reached over sum of wanted angles (1 if nothing is to be folded).
         shape_rms: root mean square distance of the face corners to the goal after the best rigid fit, mm.
         rotations: how often the rotary turns.
+        overload: sum over the creases of the load share above ``SAFE_LOAD``, see ``FoldProblem.loads``.
     """
 
     steps: NDArray[np.float64]
@@ -95,6 +99,7 @@ class FoldResult:
     completion: float
     shape_rms: float
     rotations: int
+    overload: float = 0.0
 
 
 class FoldProblem:
@@ -141,6 +146,23 @@ class FoldProblem:
         flat[:, :, :2] = tree.corners
         prism = prism_corners(flat, self.insets, 0.5 * self.limits.thickness)
         return np.concatenate([prism, inset_triangles(flat, self._mid_insets), flat], axis=1)
+
+    def loads(self, tree: FlatTree) -> NDArray[np.float64]:
+        """(F,) moment of the weight that hangs on each crease over the moment at which it yields.
+
+        Taken for the flat net held at the base panel, the worst case; 0 for flat joints and the base.
+        """
+        from planner._kernels.tree_kernels import subtree_ranges
+
+        preorder, first, last = subtree_ranges(tree.parent, tree.order)
+        area = 0.5 * self._double_area[preorder, None]
+        weighed = np.concatenate([area, area * tree.corners[preorder].mean(axis=1)], axis=1)
+        sums = np.concatenate([np.zeros((1, 3)), np.cumsum(weighed, axis=0)])
+        below = sums[last] - sums[first]
+        hinges, lengths = hinge_lines(tree)
+        arm = below[:, 1:] - below[:, :1] * hinges[:, :2]
+        moment = self.limits.weight_n_mm2 * np.abs(hinges[:, 2] * arm[:, 1] - hinges[:, 3] * arm[:, 0])
+        return np.where(tree.target != 0.0, moment / (self.limits.plastic_moment_n * lengths), 0.0)
 
     def fold(
         self,
@@ -197,6 +219,7 @@ class FoldProblem:
             else 1.0,
             shape_rms=shape_rms(solids[:count, 9:12], self.corners_3d),
             rotations=int((steps[:, 0] == 0).sum()),
+            overload=float(np.maximum(self.loads(tree) - SAFE_LOAD, 0.0).sum()),
         )
 
 

@@ -96,9 +96,10 @@ def judge(layout: FlatLayout, problem: FoldProblem, axis_rad: float, give_up: fl
 
 
 def cost(result: FoldResult, problem: FoldProblem) -> float:
-    """What the search makes small: missing angle, plus shape error and rotations with smaller weights."""
+    """What the search makes small: missing angle, then shape error, overloaded creases and rotations."""
     relative = result.shape_rms / problem.goal.longest_side_mm
-    return 1.0 - result.completion + 0.25 * relative + 1e-5 * result.rotations
+    missing = 1.0 - result.completion
+    return missing + 0.25 * relative + 0.05 * min(result.overload, 4.0) + 1e-5 * result.rotations
 
 
 def fits(tree: FlatTree, problem: FoldProblem) -> bool:

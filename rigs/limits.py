@@ -12,15 +12,23 @@ from rigs.rig import Rig
 __all__ = ["machine_limits"]
 
 
-class HasName(Protocol):
+class SheetMaterial(Protocol):
     """The part of a material that the limits need."""
 
     @property
     def name(self) -> str:
         """Name of the material, for messages."""
 
+    @property
+    def density_kg_m3(self) -> float:
+        """Density, kg/m³."""
 
-def machine_limits(rig: Rig, material: HasName, thickness_mm: float | None = None) -> MachineLimits:
+    @property
+    def yield_pa(self) -> float:
+        """Yield stress at room temperature, Pa."""
+
+
+def machine_limits(rig: Rig, material: SheetMaterial, thickness_mm: float | None = None) -> MachineLimits:
     """Limits of ``rig`` for a sheet of ``material``.
 
     The lens height is the one with the focus on the rotary axis, so a rotation needs no raised head. A rig
@@ -56,4 +64,6 @@ def machine_limits(rig: Rig, material: HasName, thickness_mm: float | None = Non
         clearance=rig.sheet.clearance_mm,
         depth_of_focus=rig.head.depth_of_focus_mm,
         focus_travel=travel,
+        weight_n_mm2=material.density_kg_m3 * 9.81 * thickness * 1e-9,
+        plastic_moment_n=material.yield_pa * 1e-6 * thickness**2 / 4.0,
     )

@@ -183,3 +183,26 @@ def test_panels_and_rotary_options():
     assert rotary_angles(0.0).tolist() == [0.0, math.pi]
     options = rotary_angles(math.radians(30))
     assert np.allclose(options[5:], math.pi + options[:5])
+
+
+def test_load_of_a_cantilever_is_weight_times_arm():
+    # a strip of two 10 x 20 mm panels: the outer one hangs on the crease between them
+    points = [[0, 0, 0], [10, 0, 0], [0, 20, 0], [10, 20, 0], [0, 38, 8], [10, 38, 8]]
+    goal = GoalMesh(points, [[0, 1, 3], [0, 3, 2], [2, 3, 5], [2, 5, 4]])
+    graph = DualGraph(goal)
+    layout = FlatLayout(graph, breadth_first(graph, 0), 0)
+    limits = MachineLimits(weight_n_mm2=1e-5, plastic_moment_n=0.5)
+    problem = FoldProblem(goal, edge_insets(layout.to_net(), 0.1, 0.05), limits)
+    loads = problem.loads(flat_tree(layout, 0.0))
+    span = math.hypot(18, 8)
+    expected = 1e-5 * (10 * span) * (span / 2) / (0.5 * 10)
+    assert loads.max() == pytest.approx(expected, rel=1e-9)
+    assert np.count_nonzero(loads) == 1
+
+
+def test_giving_up_early_never_praises_a_net():
+    problem, layouts = problem_of("ball", 0.0)
+    whole = judge(layouts[0], problem, 0.0)
+    stopped = judge(layouts[0], problem, 0.0, give_up=0.25 * whole.cost)
+    assert stopped.cost > 0.25 * whole.cost
+    assert len(stopped.result.steps) < len(whole.result.steps)

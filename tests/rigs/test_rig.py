@@ -12,6 +12,7 @@ import pytest
 
 from rigs.errors import ProfileError, UnknownNameError
 from rigs.limits import machine_limits
+from rigs.material import load_material
 from rigs.rig import Rig, load_rig, parse_rig, rig_names
 from rigs.rig_checks import mistakes
 
@@ -132,15 +133,15 @@ def test_power_curve_and_its_inverse_agree(name: str) -> None:
 
 def test_limits_follow_from_the_rig() -> None:
     rig = load_rig("grbl-4axis")
-    limits = machine_limits(rig, rig.rig)
+    limits = machine_limits(rig, load_material("304"))
     assert limits.work_area == (400.0, 300.0)
     assert limits.axis_height == 180.0
     assert limits.lens_height == 220.0
     assert limits.focus_travel == 120.0
     assert rig.head.spot_mm / 2 <= limits.beam_radius < rig.head.spot_mm
-    assert machine_limits(load_rig("grbl-diode-swap"), rig.rig).focus_travel == 0.0
+    assert machine_limits(load_rig("grbl-diode-swap"), load_material("304")).focus_travel == 0.0
     with pytest.raises(ProfileError, match="does not fit its clamps"):
-        machine_limits(rig, rig.rig, 2.0)
+        machine_limits(rig, load_material("304"), 2.0)
 
 
 def test_beam_radius_grows_by_root_two_at_the_rayleigh_range() -> None:
