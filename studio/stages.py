@@ -51,6 +51,7 @@ def net_stage(ws: Workspace, mesh: MeshOptions, options: NetOptions, machine: Ma
             f"--base {options.base}: the goal has {len(goal.faces)} faces; "
             f"choose a face from 0 to {len(goal.faces) - 1}"
         )
+    compile_kernels(ws)
     with ws.progress.stage("net", f"laying {len(goal.faces)} faces flat"):
         net = make_net(
             ws.goal,
@@ -84,7 +85,7 @@ def plan_stage(ws: Workspace, options: PlanOptions) -> None:
         if not 0.0 <= options.tilt_deg <= most + 1e-9:
             raise UsageError(f"--tilt {options.tilt_deg:g}: rig {ws.rig.name} tilts by 0 to {most:g} degrees")
         limits = replace(limits, max_tilt_rad=math.radians(options.tilt_deg))
-    first_run_note(ws)
+    compile_kernels(ws)
     with ws.progress.stage("plan", "planning the folds"):
         plan = plan_folds(
             ws.net, limits, seed=options.seed, budget_s=options.budget_s, fixed_base=options.fixed_base,
@@ -167,10 +168,10 @@ def _known(kind: str, name: str, choices: tuple[str, ...]) -> None:
         raise UsageError(f"unknown {kind} '{name}': {hint}choose one of {', '.join(choices)}")
 
 
-def first_run_note(ws: Workspace) -> None:
-    """Say so when the planner's kernels have to be compiled first."""
-    from importlib import resources
+def compile_kernels(ws: Workspace) -> None:
+    """Compile what the planner needs, if it has never been; the time it takes is shown as what it is."""
+    from planner.warm_up import kernels_are_cached, warm_up
 
-    cache = resources.files("planner") / "_kernels" / "__pycache__"
-    if cache.is_dir() and not any(entry.name.endswith(".nbi") for entry in cache.iterdir()):
-        ws.progress.note("first run: compiling the planner's kernels once, this takes some seconds")
+    if not kernels_are_cached():
+        with ws.progress.stage("compile", "compiling the planner's kernels (first run only)"):
+            warm_up(ws.progress.update)

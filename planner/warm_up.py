@@ -1,0 +1,159 @@
+"""The first run: compiling the kernels of nets and folds, and leaving their machine code for later runs.
+
+It takes several seconds once per version, and nothing afterwards. Nets and folds are compiled side by side,
+the folds in a process of their own, because numba compiles one function at a time in one process.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+__all__ = ["kernels_are_cached", "warm_up"]
+
+CHILD_TIMEOUT_S = 300.0
+"""After this time the process that compiles the folds is given up; they are then compiled here."""
+
+
+def kernels_are_cached() -> bool:
+    """True if the machine code of all kernels lies on disk, so that nothing has to be compiled.
+
+    False as well if there is no directory to keep it in: then every run compiles. ``NUMBA_CACHE_DIR`` names
+    one.
+    """
+    from planner._kernels.compiled import KERNELS, kernel_is_cached
+
+    _load_kernels()
+    return all(kernel_is_cached(kernel) for kernel in KERNELS)
+
+
+def warm_up(on_progress: Callable[[float, str], None] | None = None) -> None:
+    """Compile all kernels and keep their machine code for later runs; returns at once if it is there.
+
+    Nothing depends on it: kernels that are not there are compiled when they are first called.
+
+    Args:
+        on_progress: called with the share done (0 to 1) and what is being done.
+    """
+    from planner._kernels.compiled import cache_directory
+
+    if kernels_are_cached():
+        return
+    tell = on_progress or (lambda _share, _text: None)
+    with _no_collection():
+        if cache_directory is None:
+            tell(0.0, "compiling the kernels of nets")
+            compile_net_kernels()
+            tell(0.4, "compiling the kernels of folds")
+            compile_fold_kernels()
+        else:
+            tell(0.0, "compiling the kernels of nets and folds")
+            child = _start_child(cache_directory.parent)
+            try:
+                compile_net_kernels()
+                tell(0.5, "compiling the kernels of folds")
+                if child is not None:
+                    child.wait(CHILD_TIMEOUT_S)
+            except subprocess.TimeoutExpired:
+                pass
+            finally:
+                if child is not None and child.poll() is None:
+                    child.kill()
+                    child.wait()
+            compile_fold_kernels()  # loads what the child has compiled, or compiles it
+    tell(1.0, "kernels are ready")
+
+
+def compile_net_kernels() -> None:
+    """Call every kernel of nets once, on a tetrahedron."""
+    from planner._kernels import nb_kernels
+    from planner.blooming_trees import blooming_tree
+    from planner.dual_graph import DualGraph
+    from planner.flat_layout import FlatLayout
+    from planner.goal_mesh import GoalMesh
+
+    points = np.array([[0.0, 0.0, 0.0], [20.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 20.0]])
+    faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+    graph = DualGraph(GoalMesh(points, faces, "tetrahedron"))
+    layout = FlatLayout(graph, blooming_tree(graph, 0), 0)
+    pairs = np.zeros((4, 2), dtype=np.int64)
+    nb_kernels.search(layout.arrays, layout.outline, pairs, 0, np.ones(1, dtype=np.uint64), 1, 1)
+    for cut in np.flatnonzero(layout.tree).tolist():
+        for join in layout.joinable(cut).tolist():
+            nb_kernels.first_free_swap(layout.arrays, np.array([cut]), join)
+            if layout.tree[cut] and layout.exchange(cut, join):
+                layout.undo()
+    layout.path(0, 1)
+
+
+def compile_fold_kernels() -> None:
+    """Call every kernel of folds once, on two triangles."""
+    from planner.fold_plan import MachineLimits
+    from planner.fold_problem import FlatTree, FoldProblem
+    from planner.goal_mesh import GoalMesh
+    from planner.plan_folds import sheet_hits
+
+    points = np.array([[0.0, 0.0, 0.0], [20.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 20.0]])
+    tree = FlatTree(
+        base=0,
+        parent=np.array([-1, 0]),
+        slot=np.array([-1, 0]),
+        order=np.array([0, 1]),
+        corners=np.array([[[0.0, 0.0], [20.0, 0.0], [0.0, 20.0]], [[20.0, 0.0], [0.0, 0.0], [0.0, -20.0]]]),
+        target=np.array([0.0, np.pi / 2]),
+        axis=np.array([1.0, 0.0]),
+    )
+    goal = GoalMesh(points, np.array([[0, 1, 2], [1, 0, 3]]), "two triangles")
+    problem = FoldProblem(goal, np.full((2, 3), 0.1), MachineLimits())
+    sheet_hits(tree, problem.fold(tree), problem, problem.solids(tree))
+
+
+def _load_kernels() -> None:
+    """Import every module that defines kernels."""
+    from planner._kernels import nb_kernels, net_kernels, overlap_kernels, plan_kernels, tree_kernels
+
+    del nb_kernels, net_kernels, overlap_kernels, plan_kernels, tree_kernels
+
+
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    """Without cyclic garbage collection, which would take a fifth of the time for nothing."""
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
+
+
+def _start_child(cache_parent: Path) -> subprocess.Popen[bytes] | None:
+    """Start the compilation of the folds in a process of its own; None if that is impossible here."""
+    root = str(Path(__file__).parent.parent)
+    paths = [root, *filter(None, [os.environ.get("PYTHONPATH")])]
+    # the time to run does not depend on the level, the time to compile does
+    settings = {"PYTHONPATH": os.pathsep.join(paths), "NUMBA_CACHE_DIR": str(cache_parent), "NUMBA_OPT": "1"}
+    if not sys.executable or getattr(sys, "frozen", False):
+        return None
+    try:
+        return subprocess.Popen(
+            [sys.executable, "-P", "-m", "planner.warm_up"],
+            env={**os.environ, **settings},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+    except OSError:
+        return None
+
+
+if __name__ == "__main__":
+    gc.disable()
+    compile_fold_kernels()
