@@ -16,18 +16,24 @@ from pathlib import Path
 
 import numpy as np
 
-__all__ = ["kernels_are_cached", "warm_up"]
+__all__ = ["kernels_are_cached", "kernels_can_be_kept", "warm_up"]
 
 CHILD_TIMEOUT_S = 300.0
 """After this time the process that compiles the folds is given up; they are then compiled here."""
 
 
-def kernels_are_cached() -> bool:
-    """True if the machine code of all kernels lies on disk, so that nothing has to be compiled.
+def kernels_can_be_kept() -> bool:
+    """True if there is a directory to keep machine code in; else every run compiles.
 
-    False as well if there is no directory to keep it in: then every run compiles. ``NUMBA_CACHE_DIR`` names
-    one.
+    It is in the one that ``NUMBA_CACHE_DIR`` names, in the package, or in the user's cache.
     """
+    from planner._kernels.compiled import cache_directory
+
+    return cache_directory is not None
+
+
+def kernels_are_cached() -> bool:
+    """True if nothing has to be compiled: all machine code is on disk, or in this process already."""
     from planner._kernels.compiled import KERNELS, kernel_is_cached
 
     _load_kernels()

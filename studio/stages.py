@@ -170,8 +170,11 @@ def _known(kind: str, name: str, choices: tuple[str, ...]) -> None:
 
 def compile_kernels(ws: Workspace) -> None:
     """Compile what the planner needs, if it has never been; the time it takes is shown as what it is."""
-    from planner.warm_up import kernels_are_cached, warm_up
+    from planner.warm_up import kernels_are_cached, kernels_can_be_kept, warm_up
 
     if not kernels_are_cached():
-        with ws.progress.stage("compile", "compiling the planner's kernels (first run only)"):
+        when = (
+            "first run only" if kernels_can_be_kept() else "every run: no cache directory can be written to"
+        )
+        with ws.progress.stage("compile", f"compiling the planner's kernels ({when})"):
             warm_up(ws.progress.update)

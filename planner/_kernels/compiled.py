@@ -128,6 +128,8 @@ def entry(function: Callable[..., Any]) -> Any:
 
 
 def kernel_is_cached(kernel: Any) -> bool:
-    """True if there is machine code of ``kernel`` from this or an earlier run on disk."""
+    """True if ``kernel`` need not be compiled: its machine code is on disk, or in this process already."""
+    if kernel.signatures:
+        return True
     name = f"{kernel.__module__.rpartition('.')[2]}.{kernel.__name__}-*.nbi"
     return cache_directory is not None and any(Path(kernel.stats.cache_path).glob(name))

@@ -104,9 +104,15 @@ def test_without_any_cache_directory_kernels_are_compiled_for_the_run(copied, tm
 import numpy as np
 from planner._kernels.tree_kernels import subtree_ranges
 print(*subtree_ranges(np.array([-1, 0, 0]), np.array([0, 1, 2])))
+from planner.warm_up import kernels_can_be_kept
+from planner._kernels.compiled import kernel_is_cached
+print(kernels_can_be_kept(), kernel_is_cached(subtree_ranges))
 """
     assert run(STATE, copied, NUMBA_CACHE_DIR=str(blocked), **settings)[0] == "False None"
-    assert run(code, copied, NUMBA_CACHE_DIR=str(blocked), **settings) == ["[0 1 2] [0 1 2] [3 2 3]"]
+    assert run(code, copied, NUMBA_CACHE_DIR=str(blocked), **settings) == [
+        "[0 1 2] [0 1 2] [3 2 3]",
+        "False True",
+    ]
 
 
 def test_old_machine_code_is_forgotten_but_for_the_newest(tmp_path):
