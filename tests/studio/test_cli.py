@@ -127,6 +127,8 @@ def test_a_reader_that_goes_away_is_no_error():
 
 def test_sigterm_cleans_up_as_ctrl_c_does(tmp_path):
     code = (
+        # a suite that was started in the background passes an ignored SIGINT on
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "import sys, time; from pathlib import Path; from studio import cli, pipeline\n"
         "from studio.bundle import create_bundle\n"
         "def run(target, *a, **k):\n"
