@@ -20,6 +20,9 @@ from planner.fold_problem import FlatTree, FoldProblem, FoldResult
 
 __all__ = ["Candidate", "SearchSettings", "axis_angles", "flat_tree", "improve", "judge", "search"]
 
+KEPT = 5
+"""Good nets that are handed on beside the best one, since the sheet may not suit that."""
+
 AXIS_DIRECTIONS = 8
 """Directions of the rotary axis in the net that are tried, over half a turn."""
 
@@ -140,7 +143,7 @@ def search(
     axes = axis_angles(problem)
     found: list[Candidate] = []
     for number, layout in enumerate(layouts):
-        if found and (settings.late or done(found[0])):
+        if found and (settings.late or len(found) >= KEPT and done(found[KEPT - 1])):
             break
         both = (judge(layout, problem, axis) for axis in (axes[0], axes[len(axes) // 2]))
         found.append(min(both, key=_by_cost))
@@ -151,7 +154,7 @@ def search(
     stop = threading.Event()
     steps = [0] * settings.chains
 
-    def chain(number: int) -> Candidate:
+    def chain(number: int) -> list[Candidate]:
         def report(step: int, best: Candidate) -> None:
             steps[number] = step
             share = (len(layouts) + sum(steps)) / total
@@ -166,7 +169,7 @@ def search(
             improved = list(pool.map(chain, range(min(settings.chains, len(found)))))
         finally:
             stop.set()
-    return sorted([*improved, *found], key=_by_cost)
+    return sorted([*(candidate for line in improved for candidate in line), *found], key=_by_cost)
 
 
 def _by_cost(candidate: Candidate) -> float:
@@ -184,16 +187,20 @@ def improve(
     settings: SearchSettings,
     on_step: Callable[[int, Candidate], None] | None = None,
     stop: threading.Event | None = None,
-) -> Candidate:
+) -> list[Candidate]:
     """Anneal one net: exchange creases on the paths between faces that block each other.
 
     Source: the co-design of net and plan by simulated annealing; the temperature falls
     geometrically. ``stop``
     ends it from another thread.
+
+    Returns:
+        The last few improvements, the best first; the start alone if nothing was better.
     """
     rng = np.random.default_rng(settings.seed)
     axes = axis_angles(problem)
     current, best = start, start
+    line = [start]
     warm, cold = 0.01, 2e-4
     for step in range(settings.evaluations):
         if done(best) or settings.late or (stop is not None and stop.is_set()):
@@ -208,9 +215,10 @@ def improve(
             current = trial
         if trial.cost < best.cost:
             best = trial
+            line = [trial, *line][:KEPT]
         if on_step is not None:
             on_step(step, best)
-    return best
+    return line
 
 
 def _move(

@@ -82,7 +82,7 @@ def machine_path(rig: Rig, points: tuple[Point, ...], rotary_rad: float) -> tupl
                 "smaller tilt"
             )
         heights = [0.0] * len(points)
-    elif high - low <= 2.0 * reach:
+    elif high - low <= 2.0 * reach + 1e-6:
         heights = [0.5 * (low + high)] * len(points)
     return tuple((x0 + x, y0 + y * cos, z0 + h) for (x, y), h in zip(points, heights, strict=True))
 
