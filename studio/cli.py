@@ -23,7 +23,8 @@ EPILOGUE = """Start with: blossom demo
 Then:       blossom make bunny.obj --size 60
 
 Every command has --help. With --debug an error also shows where in the program it happened.
-Exit codes: 0 done, 1 the verdict is no, 2 bad input or usage, 3 the machine, 130 stopped by Ctrl-C."""
+Exit codes: 0 done, 1 the verdict is no, 2 bad input or usage, 3 the machine, 70 internal error,
+130 stopped by Ctrl-C."""
 
 
 def _version() -> str:

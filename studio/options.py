@@ -51,7 +51,7 @@ class NetOptions:
     Attributes:
         method: of the net search.
         base: the base face; None chooses.
-        prove: spend more time on proving that the edits are fewest.
+        prove: say whether the edits are proven fewest.
         seed: of every random choice.
         budget_s: end of the search; None searches a fixed amount of work.
     """

@@ -26,7 +26,7 @@ class Summary:
         optimal: the edits were proven fewest.
         completion: folded share, 0 to 1.
         shape_rms_mm: root mean square distance to the goal after the plan.
-        shape_rms_rel: the same as a share of the longest side.
+        shape_rms_rel: the same as a share of the diagonal of the goal's bounding box.
         blocked: creases that are not folded all the way, see ``studio.words.blocked_values``.
         rotations: turns of the rotary.
         clipped_faces: substrate triangles that are cut away.

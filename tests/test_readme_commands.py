@@ -89,6 +89,26 @@ def test_each_named_command_has_help(name):
     assert name in done.stdout
 
 
+def help_of(name: str) -> str:
+    return subprocess.run([BLOSSOM, name, "--help"], capture_output=True, text=True, timeout=120).stdout
+
+
+@pytest.mark.parametrize(
+    "page", sorted((REPOSITORY / "docs" / "commands").glob("*.md")), ids=lambda p: p.stem
+)
+def test_page_names_the_flags_that_help_names(page):
+    """All flags of the page's own commands, and no flag that neither they nor ``make`` know."""
+    text = page.read_text(encoding="utf-8")
+    flags = re.compile(r"(?<![\w-])--[a-z]+(?:-[a-z]+)*")
+    own = set()
+    for name in re.findall(r"blossom ([a-z]+)", text.partition("\n")[0]):
+        own |= set(flags.findall(help_of(name)))
+    assert own, "the heading names the command"
+    named = set(flags.findall(text))
+    assert own <= named
+    assert named <= own | set(flags.findall(help_of("make")))
+
+
 @pytest.mark.parametrize("line", commands("make"))
 def test_make_target_exists(line):
     dry = [*shlex.split(line), "--dry-run"]
