@@ -159,7 +159,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
     blocker = np.zeros(n, np.int64)
     stopped_at = np.zeros(n)
     stamp = np.zeros(total, np.int64)
-    contact_time = np.zeros(n, np.int64)
+    contact_time, free_time = np.zeros(n, np.int64), np.zeros(n, np.int64)
     contact_by = np.zeros(n, np.int64)
     contact_angle = np.zeros(n)
     sight_time = np.zeros((n, options), np.int64)
@@ -178,7 +178,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         kxs[r], kys[r] = math.tan(rotary[r]) * ey, -math.tan(rotary[r]) * ex
         ups[r] = 1.0 / math.cos(rotary[r])
     for f in range(n):
-        blocker[f], contact_time[f], contact_by[f] = -1, -1, -1
+        blocker[f], contact_time[f], contact_by[f], free_time[f] = -1, -1, -1, -1
         for r in range(options):
             sight_time[f, r], sight_by[f, r] = -1, -1
         wanted_angle += abs(target[f])
@@ -224,9 +224,16 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                     sign = 1.0 if target[f] > 0.0 else -1.0
                     ox, oy, ux, uy = hinges[f, 0], hinges[f, 1], hinges[f, 2], hinges[f, 3]
                     members = preorder[first[f] : last[f]]
-                    # contact, remembered while its witness has not moved
-                    free = wanted
-                    if use_contact:
+                    # failures are remembered while their witness has not moved (others may have: a cautious
+                    # answer), a free turn while nothing has moved at all
+                    free, seen = wanted, wanted
+                    if (
+                        sight_time[f, r] >= 0
+                        and stamp[sight_by[f, r]] <= sight_time[f, r]
+                        and stamp[f] <= sight_time[f, r]
+                    ):
+                        seen = sight_angle[f, r]
+                    elif use_contact and free_time[f] != clock:
                         if (
                             contact_time[f] >= 0
                             and stamp[contact_by[f]] <= contact_time[f]
@@ -242,36 +249,28 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                             if by >= 0:
                                 free = max(0.0, free - margin)
                                 contact_time[f], contact_by[f], contact_angle[f] = clock, by, free
-                    full = free >= wanted
+                            else:
+                                free_time[f] = clock
+                    full = free >= wanted and seen >= wanted
                     if conceded[f] and not full:
                         continue
-                    seen = free
+                    seen = min(free, seen)
                     if full and use_sight:
-                        # sight, remembered while its witness has not moved (others may have: a cautious answer)
-                        if (
-                            sight_time[f, r] >= 0
-                            and stamp[sight_by[f, r]] <= sight_time[f, r]
-                            and stamp[f] <= sight_time[f, r]
-                        ):
-                            seen = sight_angle[f, r]
-                        else:
-                            # the beam must stay between the parent and the turning face
-                            across = math.sin(rotary[r]) * (ux * ex + uy * ey)
-                            own = (
-                                math.atan2(sign * math.cos(rotary[r]), across) + OVERHANG_RAD - abs(angle[f])
-                            )
-                            by, seen = f, max(0.0, own)
-                            if own >= wanted:
-                                mark(moving_mask, members, True)
-                                seen, by = sight_limit(
-                                    panel[f], panel[parent[f]], panel, moving_mask, flat, solids, centres, radii,
-                                    present, ox, oy, ux, uy, lengths[f], sign, wanted, kxs[r], kys[r], ups[r],
-                                    radius, hidden_max, intervals, turned,
-                                )  # fmt: skip
-                                mark(moving_mask, members, False)
-                            sight_time[f, r] = -1
-                            if by >= 0:
-                                sight_time[f, r], sight_by[f, r], sight_angle[f, r] = clock, by, seen
+                        # the beam must stay between the parent and the turning face
+                        across = math.sin(rotary[r]) * (ux * ex + uy * ey)
+                        own = math.atan2(sign * math.cos(rotary[r]), across) + OVERHANG_RAD - abs(angle[f])
+                        by, seen = f, max(0.0, own)
+                        if own >= wanted:
+                            mark(moving_mask, members, True)
+                            seen, by = sight_limit(
+                                panel[f], panel[parent[f]], panel, moving_mask, flat, solids, centres, radii,
+                                present, ox, oy, ux, uy, lengths[f], sign, wanted, kxs[r], kys[r], ups[r],
+                                radius, hidden_max, intervals, turned,
+                            )  # fmt: skip
+                            mark(moving_mask, members, False)
+                        sight_time[f, r] = -1
+                        if by >= 0:
+                            sight_time[f, r], sight_by[f, r], sight_angle[f, r] = clock, by, seen
                     if full and seen >= wanted:
                         if r != at or used == 0 or astray:
                             if r != 0 or used > 0:
