@@ -143,7 +143,7 @@ def search(
     axes = axis_angles(problem)
     found: list[Candidate] = []
     for number, layout in enumerate(layouts):
-        if found and (settings.late or len(found) >= KEPT and done(found[KEPT - 1])):
+        if found and (settings.late or (len(found) >= KEPT and done(found[KEPT - 1]))):
             break
         both = (judge(layout, problem, axis) for axis in (axes[0], axes[len(axes) // 2]))
         found.append(min(both, key=_by_cost))

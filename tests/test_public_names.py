@@ -5,6 +5,8 @@ from __future__ import annotations
 import ast
 import importlib
 import inspect
+import subprocess
+import sys
 
 import pytest
 
@@ -52,6 +54,29 @@ def test_star_import_of_a_package_works(package):
     module = importlib.import_module(package)
     for entry in getattr(module, "__all__", []):
         assert names[entry] is getattr(module, entry)
+
+
+@pytest.mark.parametrize("modules_first", [False, True])
+@pytest.mark.parametrize("package", ["planner", "rigs", "twin"])
+def test_public_names_are_the_objects_whatever_was_imported_before(package, modules_first):
+    """Some functions are named like their module, which must not come instead."""
+    code = (
+        "import importlib, sys, types\n"
+        "package, modules_first = sys.argv[1], sys.argv[2] == 'True'\n"
+        "modules = importlib.import_module(package)._MODULES\n"
+        "if modules_first:\n"
+        "    for module in sorted(set(modules.values())): importlib.import_module(module)\n"
+        "for name, module in modules.items():\n"
+        "    for _ in range(2):\n"
+        "        space = {}\n"
+        "        exec(f'from {package} import {name} as it', space)\n"
+        "        assert not isinstance(space['it'], types.ModuleType), name\n"
+        "        assert space['it'] is getattr(importlib.import_module(module), name), name\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, package, str(modules_first)], capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
 
 
 def test_each_package_has_one_root_error_with_a_builtin_beside_it(repository):

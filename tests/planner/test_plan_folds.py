@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from models.goals import goal_path
-from planner import plan_folds as plan_module
 from planner.clearance import check_rotation_clearance
 from planner.errors import NetError, PlanError
 from planner.fold_file import write_fold
@@ -29,8 +28,8 @@ HASHES = {"goal": "0" * 64, "net": "1" * 64, "rig": "2" * 64, "material": "3" * 
 
 @pytest.fixture(autouse=True)
 def short_search(monkeypatch):
-    monkeypatch.setattr(plan_module, "EVALUATION_BUDGET", 1200)
-    monkeypatch.setattr(plan_module, "STARTS", 4)
+    monkeypatch.setattr(sys.modules["planner.plan_folds"], "EVALUATION_BUDGET", 1200)
+    monkeypatch.setattr(sys.modules["planner.plan_folds"], "STARTS", 4)
 
 
 def plan_of(name, **options):
