@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 import shlex
 import shutil
@@ -84,13 +85,14 @@ def test_command_line_is_understood(line, desk):
 
 @pytest.mark.parametrize("name", sorted(subcommands()))
 def test_each_named_command_has_help(name):
+    assert name in help_of(name)
+
+
+@functools.cache
+def help_of(name: str) -> str:
     done = subprocess.run([BLOSSOM, name, "--help"], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
-    assert name in done.stdout
-
-
-def help_of(name: str) -> str:
-    return subprocess.run([BLOSSOM, name, "--help"], capture_output=True, text=True, timeout=120).stdout
+    return done.stdout
 
 
 @pytest.mark.parametrize(
