@@ -41,7 +41,7 @@ class UnknownNameError(RigError, LookupError):
 
 
 class JobError(RigError, ValueError):
-    """A job cannot run on this rig, or its files do not belong together (exit code 2)."""
+    """A job cannot run on this rig, or its files do not belong together (exit code 1)."""
 
 
 class MachineError(RigError, OSError):

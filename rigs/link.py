@@ -8,6 +8,7 @@ import select
 import socket
 import time
 from typing import Any
+from urllib.parse import urlsplit
 
 from rigs.errors import MachineError
 from rigs.rig import Rig
@@ -103,6 +104,7 @@ def open_link(url: str, rig: Rig) -> Link:
     """
     import serial
 
+    _check_url(url)
     try:
         port = serial.serial_for_url(url, do_not_open=True, baudrate=rig.controller.baud)
         port.timeout = 0
@@ -113,10 +115,40 @@ def open_link(url: str, rig: Rig) -> Link:
             port.exclusive = True
         port.open()
     except (OSError, ValueError) as error:
-        raise MachineError(
-            f"{url}: cannot open the port: {error}: is it plugged in, free and spelt right?"
-        ) from error
+        cure = (
+            "is it switched on, free, and are host and port right?"
+            if "://" in url
+            else ("is it plugged in, free and spelt right?")
+        )
+        raise MachineError(f"{url}: cannot open the port: {_reason(error)}: {cure}") from error
     sock = getattr(port, "_socket", None)
     if isinstance(sock, socket.socket):
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     return Link(port, url)
+
+
+def _check_url(url: str) -> None:
+    """Refuse what pyserial would answer with a riddle."""
+    scheme, mark, _ = url.partition("://")
+    if not url.strip():
+        raise MachineError("no port is named: expected /dev/ttyUSB0, COM3 or socket://HOST:PORT")
+    if mark and scheme.lower() in ("socket", "rfc2217"):
+        try:
+            parts = urlsplit(url)
+            complete = bool(parts.hostname) and parts.port is not None
+        except ValueError:
+            complete = False
+        if not complete:
+            raise MachineError(
+                f"{url}: cannot open the port: expected {scheme}://HOST:PORT, PORT up to 65535"
+            )
+
+
+def _reason(error: BaseException) -> str:
+    """What the system said: pyserial repeats the name of the port around it."""
+    inner: BaseException | None = error
+    while inner is not None:
+        if isinstance(inner, OSError) and inner.strerror and "open port" not in inner.strerror:
+            return inner.strerror
+        inner = inner.__context__
+    return str(error)

@@ -288,7 +288,7 @@ class _Run:
 
 @contextlib.contextmanager
 def _stop_signals() -> Iterator[None]:
-    """SIGTERM ends a replay as Ctrl-C does."""
+    """SIGTERM, and a terminal that goes away, end a replay as Ctrl-C does."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -296,11 +296,19 @@ def _stop_signals() -> Iterator[None]:
     def stop(_signum: int, _frame: FrameType | None) -> None:
         raise KeyboardInterrupt
 
-    before = signal.signal(signal.SIGTERM, stop)
+    before = {number: signal.signal(number, stop) for number in _stops() if number != signal.SIGINT}
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _stops() -> list[signal.Signals]:
+    """Signals that end a replay; one that the caller ignores, as under nohup, goes on being ignored."""
+    hang_up = getattr(signal, "SIGHUP", None)
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    return numbers + ([hang_up] if hang_up and signal.getsignal(hang_up) != signal.SIG_IGN else [])
 
 
 @contextlib.contextmanager
@@ -309,7 +317,7 @@ def _deaf_to_signals() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in _stops()}
     try:
         yield
     finally:

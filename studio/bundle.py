@@ -6,6 +6,7 @@ import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import chain, islice
 from pathlib import Path
 
 from studio.bundle_check import open_manifest
@@ -37,8 +38,13 @@ def _check_target(target: Path, force: bool) -> None:
         return
     if not target.is_dir():
         raise OutputError(f"{target}: a file of that name is there already; name another folder with -o DIR")
-    present = sorted(p.relative_to(target).as_posix() for p in target.rglob("*") if not p.is_dir())
-    if not present:
+    if target.resolve() in (Path.cwd(), *Path.cwd().parents):
+        raise OutputError(
+            f"{target}: the folder that you are in cannot be replaced; name another with -o DIR"
+        )
+    present = _files_below(target)
+    first = next(present, None)
+    if first is None:
         return
     if not force:
         raise OutputError(
@@ -49,13 +55,27 @@ def _check_target(target: Path, force: bool) -> None:
         manifest = read_manifest(target)
     except BundleError:
         manifest = Manifest(versions={}, files={name: {} for name in STAGE_OF})
-    foreign = [n for n in present if not _own_file(n, manifest)]
+    foreign = sorted(islice((n for n in chain([first], present) if not _own_file(n, manifest)), 4))
     if foreign:
-        listed = ", ".join(foreign[:3]) + (f" and {len(foreign) - 3} more" if len(foreign) > 3 else "")
+        listed = ", ".join(foreign[:3]) + (" and more" if len(foreign) > 3 else "")
         raise OutputError(
             f"{target}: --force replaces a bundle only, but there is also {listed}; "
             "move that away or name another folder with -o DIR"
         )
+
+
+def _files_below(target: Path) -> Iterator[str]:
+    """Names of the files in a folder, however deep; only as many are looked for as are asked for."""
+
+    def refuse(error: OSError) -> None:
+        raise OutputError(
+            f"{error.filename}: cannot be read ({error.strerror or error}); name another folder with -o DIR"
+        ) from error
+
+    for place, folders, files in os.walk(target, onerror=refuse):
+        links = [name for name in folders if (Path(place) / name).is_symlink()]
+        for name in (*files, *links):
+            yield (Path(place) / name).relative_to(target).as_posix()
 
 
 def _process_runs(pid: int) -> bool:
@@ -88,9 +108,11 @@ def _workshop(target: Path) -> Iterator[Path]:
             shutil.rmtree(folder)
         folder.mkdir()
     except OSError as error:
+        why = error.strerror or str(error)
+        if isinstance(error, FileExistsError | NotADirectoryError):
+            why = "a part of this path is a file"
         raise OutputError(
-            f"{target}: cannot write there ({error.strerror or error}); "
-            "name a folder that you may write to with -o DIR"
+            f"{target}: cannot write there ({why}); name a folder that you may write to with -o DIR"
         ) from error
     try:
         yield folder
@@ -109,8 +131,8 @@ def create_bundle(target: Path, *, force: bool = False) -> Iterator[Path]:
     Raises:
         OutputError: if ``target`` exists (without ``force``), holds foreign files or cannot be written.
     """
-    target = target.absolute()
-    _check_target(target, force)
+    _check_target(target.absolute(), force)
+    target = target.resolve()
     with _workshop(target) as folder:
         yield folder
         aside = target.parent / f".{target.name}.old-{os.getpid()}"

@@ -43,10 +43,8 @@ def open_manifest(folder: Path) -> Manifest:
     problems = changed_files(folder, manifest)
     if problems:
         listed = ", ".join(f"{name} ({what})" for name, what in problems.items())
-        first = next(iter(problems))
-        stage = manifest.files[first].get("stage", "make")
         raise BundleError(
             f"{folder}: not the files that were written here: {listed}. "
-            f"Put the original back, or make it again from stage '{stage}' on"
+            f"Put the originals back, or make the bundle again with: blossom make MESH -o {folder} --force"
         )
     return manifest

@@ -102,13 +102,16 @@ def _tell(text: str, code: int, as_json: bool) -> int:
 
 
 def _stop_like_ctrl_c() -> None:
-    """Let SIGTERM clean up as Ctrl-C does."""
+    """Let SIGTERM, and a terminal that goes away, clean up as Ctrl-C does."""
 
     def stop(_number: int, _frame: FrameType | None) -> None:
         raise KeyboardInterrupt
 
     try:
         signal.signal(signal.SIGTERM, stop)
+        hang_up = getattr(signal, "SIGHUP", None)
+        if hang_up is not None and signal.getsignal(hang_up) != signal.SIG_IGN:  # ignored under nohup
+            signal.signal(hang_up, stop)
     except ValueError:
         return  # not the main thread: the host of this call handles signals
 

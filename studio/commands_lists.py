@@ -6,6 +6,7 @@ import json as json_text
 from typing import Any
 
 from studio.flags import Json, MachineFlags, Mesh, MeshFlags
+from studio.progress import Progress
 
 __all__ = ["check", "materials", "rigs"]
 
@@ -37,7 +38,8 @@ def check(
 
     chosen = machine.options()
     limits = machine_limits(load_rig(chosen.rig), load_material(chosen.material), chosen.thickness_mm)
-    goal = read_goal(mesh, size_mm=read.size, scale=read.scale, max_faces=read.faces, limits=limits)
+    with Progress(quiet=json).stage("mesh", f"reading {mesh.name}"):
+        goal = read_goal(mesh, size_mm=read.size, scale=read.scale, max_faces=read.faces, limits=limits)
     figures = describe_mesh(goal)
     if json:
         _say(json_text.dumps(figures, ensure_ascii=False, allow_nan=False))
@@ -73,7 +75,7 @@ def rigs(*, json: Json = False) -> int:
                 "grades": "".join(grades),
             }
         )
-    return _list(rows, json, "graded A measured, B literature, C guess")
+    return _list("rigs", rows, json, "graded A measured, B literature, C guess")
 
 
 def materials(*, json: Json = False) -> int:
@@ -91,17 +93,23 @@ def materials(*, json: Json = False) -> int:
             {
                 "name": name,
                 "temper": material.temper_name,
-                "E": f"{material.young_pa / 1e9:.0f} GPa",
+                "stiffness": f"{material.young_pa / 1e9:.0f} GPa",
                 "yield": f"{material.yield_pa / 1e6:.0f} MPa",
                 "density": f"{material.density_kg_m3:.0f} kg/m³",
             }
         )
-    return _list(rows, json, "every figure carries a grade in its profile: A measured, B literature, C guess")
+    return _list(
+        "materials",
+        rows,
+        json,
+        "every figure carries a grade in its profile: A measured, B literature, C guess",
+    )
 
 
-def _list(rows: list[dict[str, Any]], as_json: bool, foot: str) -> int:
+def _list(kind: str, rows: list[dict[str, Any]], as_json: bool, foot: str) -> int:
     if as_json:
-        _say(json_text.dumps(rows, ensure_ascii=False))
+        document = {"format": f"metal-blossom/{kind}", "version": 1, kind: rows}
+        _say(json_text.dumps(document, ensure_ascii=False))
         return 0
     names = list(rows[0])
     widths = [max(len(name), *(len(str(row[name])) for row in rows)) for name in names]
@@ -128,5 +136,5 @@ def _text(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return f"{value:.4g}"
+        return f"{value:.4g}" if abs(value) < 1000 else f"{value:.0f}"
     return str(value)

@@ -89,7 +89,7 @@ class Manifest:
         return str(self.files[name]["sha256"])
 
     def to_bytes(self) -> bytes:
-        """UTF-8 JSON with sorted keys: the same values give the same bytes."""
+        """UTF-8 JSON with sorted keys: the same values give the same bytes. It ends in its own seal."""
         document = {
             "format": FORMAT,
             "version": VERSION,
@@ -103,12 +103,22 @@ class Manifest:
             "versions": self.versions,
             "files": self.files,
         }
-        text = json.dumps(document, indent=1, sort_keys=True, ensure_ascii=False, allow_nan=False)
-        return (text + "\n").encode()
+        return _json_bytes(document | {"seal": _seal(document)})
+
+
+def _json_bytes(document: dict[str, Any]) -> bytes:
+    text = json.dumps(document, indent=1, sort_keys=True, ensure_ascii=False, allow_nan=False)
+    return (text + "\n").encode()
+
+
+def _seal(document: dict[str, Any]) -> str:
+    """Sha256 of the manifest without its seal: no other file tells whether the manifest was changed."""
+    return hashlib.sha256(_json_bytes({k: v for k, v in document.items() if k != "seal"})).hexdigest()
 
 
 STAGE_OF = {
-    "goal.ply": "net", "net.fold": "net", "plan.json": "plan", "sheet.svg": "plan", "sheet.dxf": "plan",
+    "rig.toml": "net", "material.toml": "net", "goal.ply": "net", "net.fold": "net",
+    "plan.json": "plan", "sheet.svg": "plan", "sheet.dxf": "plan",
     "model.xml": "validate", "validation.json": "validate", "job.gcode": "job", "job.json": "job",
     "report.html": "report", "motion.glb": "report",
 }  # fmt: skip
@@ -161,4 +171,12 @@ def read_manifest(folder: Path) -> Manifest:
             )
         if Path(name).is_absolute() or ".." in Path(name).parts:
             raise BundleError(f"{path}: $.files.{name}: a file of a bundle lies inside its folder")
+    try:
+        whole = document.get("seal") == _seal(document)
+    except ValueError:  # a number that JSON does not have, or half of a surrogate pair
+        whole = False
+    if not whole:
+        raise BundleError(
+            f"{path} was changed after it was written: put the original back, or make the bundle again"
+        )
     return Manifest(**{name: document[name] for name in types})

@@ -13,7 +13,7 @@ from studio.bundle_summary import bundle_summary
 from studio.manifest import Manifest
 from studio.options import MachineOptions, MeshOptions, NetOptions, PlanOptions
 from studio.progress import Progress
-from studio.replay_stage import EMULATOR, ask_person, replay_stage
+from studio.replay_stage import EMULATOR, JOURNAL_PREFIX, ask_person, replay_stage
 from studio.stages import job_stage, net_stage, plan_stage, report_stage, validate_stage
 from studio.summary import Summary
 from studio.workspace import Workspace
@@ -97,8 +97,18 @@ def replay_bundle(
 ) -> Summary:
     """Replay the job of a bundle; the journal stays in it whatever happens, other files are left alone."""
     ws = Workspace(target, open_manifest(target), progress)
-    told = replay_stage(ws, port, mode, confirm=ask_person(yes=yes))
+    before = _journals(target)
+    try:
+        told = replay_stage(ws, port, mode, confirm=ask_person(yes=yes))
+    except BaseException:
+        for name in sorted(_journals(target) - before):
+            progress.note(f"the journal tells how far it came: {target / name}")
+        raise
     return bundle_summary(ws, told).with_bundle(str(target))
+
+
+def _journals(target: Path) -> set[str]:
+    return {path.name for path in target.glob(f"{JOURNAL_PREFIX}*")}
 
 
 def _read_timing(target: Path) -> dict[str, float]:

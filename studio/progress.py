@@ -84,7 +84,7 @@ class Progress:
         if self.quiet or now - self._last_line < PLAIN_INTERVAL_S:
             return
         self._last_line = now
-        left = (now - self._start) * (1.0 - share) / share if share > 0.02 else None
+        left = (now - self._start) * (1.0 - share) / share if 0.02 < share < 1.0 else None
         estimate = f", about {duration_text(left)} left" if left is not None else ""
         detail = f" {text}" if text else ""
         print(f"{self._stage:<9}{100 * share:3.0f} %{detail}{estimate}", file=self.stream, flush=True)

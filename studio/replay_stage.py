@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import difflib
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -90,6 +91,8 @@ def ask_person(*, yes: bool) -> Callable[[str], bool]:
 @contextlib.contextmanager
 def _machine(ws: Workspace, port: str) -> Iterator[str]:
     if port != EMULATOR:
+        if difflib.get_close_matches(port.lower(), [EMULATOR], cutoff=0.7):
+            raise UsageError(f"unknown port '{port}': did you mean {EMULATOR}?")
         yield port
         return
     from rigs.emulator import start_emulator

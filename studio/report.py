@@ -113,7 +113,7 @@ def _figures(summary: Summary) -> str:
     rows.append(("faces", str(summary.faces), f"{summary.creases} creases"))
     bound = f"proven ≥ {summary.lower_bound}" if summary.lower_bound else ""
     rows.append(("net edits", str(summary.edits), "fewest possible" if summary.optimal else bound))
-    rows.append(("blocked", str(len(summary.blocked)), "creases"))
+    rows.append(("blocked", str(len(summary.blocked)), "crease" if len(summary.blocked) == 1 else "creases"))
     rows.append(("rotations", str(summary.rotations), ""))
     rows.append(("clipped sheet", f"{summary.clipped_area_mm2:.0f}", "mm²"))
     if summary.passes is not None:

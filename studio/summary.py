@@ -84,9 +84,16 @@ class Summary:
 
     def proof(self) -> str:
         """Whether the edits are proven fewest, in words."""
+        edits = "1 edit" if self.edits == 1 else f"{self.edits or 'no'} edits"
         if self.optimal:
-            return f"{self.edits} edits are proven fewest"
-        return f"{self.edits} edits are not proven fewest: any net needs at least {self.lower_bound}"
+            return f"proven: no net needs fewer than {edits}" if self.edits else "proven: no edit is needed"
+        return f"{edits}, not proven fewest: any net needs at least {self.lower_bound}"
+
+    def _clipped(self) -> str:
+        if not self.clipped_faces:
+            return "nothing of the sheet"
+        pieces = "1 piece" if self.clipped_faces == 1 else f"{self.clipped_faces} pieces"
+        return f"{pieces} of the sheet, {self.clipped_area_mm2:.0f} mm²"
 
     def with_notice(self, notice: str) -> Summary:
         """A copy with one more notice."""
@@ -113,7 +120,7 @@ class Summary:
                 ("folded", f"{100 * self.completion:.1f} %"),
                 ("shape rms", f"{self.shape_rms_mm:.3f} mm ({100 * self.shape_rms_rel:.2f} % of the size)"),
                 ("rotations", str(self.rotations)),
-                ("clipped", f"{self.clipped_faces} pieces of the sheet, {self.clipped_area_mm2:.0f} mm²"),
+                ("clipped", self._clipped()),
             ]
         if self.material:
             rows.append(("sheet", f"{self.thickness_mm:g} mm {self.material} on {self.rig}"))

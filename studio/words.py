@@ -37,7 +37,7 @@ def step_text(plan: FoldPlan, step: Step, before_rad: float = 0.0) -> str:
     match step:
         case Cut(paths=paths, why=why):
             length = sum(_length(path) for path in paths)
-            return f"cut {length:.0f} mm" + (f": {why}" if why else "")
+            return f"cut {length:.{0 if length >= 9.95 else 1}f} mm" + (f": {why}" if why else "")
         case Clip(faces=faces):
             return f"clip {_count(len(faces), 'piece')} of the sheet"
         case Bend(faces=faces, to_rad=to):

@@ -105,3 +105,27 @@ def test_socket_has_no_delay() -> None:
         link = open_link(f"socket://127.0.0.1:{listener.getsockname()[1]}", RIG)
         assert link._port._socket.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
         link.close()
+
+
+@pytest.mark.parametrize(
+    ("url", "words"),
+    [
+        ("", r"no port is named.*socket://HOST:PORT"),
+        ("socket://127.0.0.1", r"expected socket://HOST:PORT"),
+        ("socket://:3333", r"expected socket://HOST:PORT"),
+        ("socket://127.0.0.1:99999", r"expected socket://HOST:PORT"),
+        ("/dev/no-such-port", r"^/dev/no-such-port: cannot open the port: No such file or directory: is it"),
+        ("/dev/null", r"^/dev/null: cannot open the port: .*: is it plugged in"),
+        ("carrier-pigeon://here", r"protocol 'carrier-pigeon' not known"),
+    ],
+)
+def test_ports_that_cannot_be_opened_are_refused_in_words(url: str, words: str) -> None:
+    with pytest.raises(MachineError, match=words):
+        open_link(url, RIG)
+
+
+def test_a_port_that_refuses_says_so_once() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        url = f"socket://127.0.0.1:{listener.getsockname()[1]}"
+    with pytest.raises(MachineError, match=r"^socket://\S+: cannot open the port: Connection refused: is it"):
+        open_link(url, RIG)

@@ -73,11 +73,12 @@ def test_lost_steps_stop_the_job(tmp_path: Path) -> None:
         run(tmp_path, job)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_signal_darkens_and_closes_the_journal(tmp_path: Path, number: signal.Signals) -> None:
     script = (
         # a suite that was started in the background passes an ignored SIGINT on
         "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"
         "import sys; from pathlib import Path; from rigs.replay import replay\n"
         "from tests.rigs.replay_jobs import RIG, small_job\n"
         "def say(p): print(p.block, flush=True)\n"

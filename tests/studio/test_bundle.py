@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -90,7 +91,7 @@ def test_a_file_in_the_way_is_named(tmp_path):
     target.write_text("a file")
     with pytest.raises(OutputError, match=r"part: a file of that name"), create_bundle(target, force=True):
         pytest.fail("must not come here")
-    with pytest.raises(OutputError, match="cannot write there"), create_bundle(target / "below"):
+    with pytest.raises(OutputError, match="a part of this path is a file"), create_bundle(target / "below"):
         pytest.fail("must not come here")
 
 
@@ -100,8 +101,6 @@ def test_an_unwritable_folder_is_named(tmp_path):
     else:
         tmp_path.chmod(0o500)
         target = tmp_path / "part"
-    from pathlib import Path
-
     with pytest.raises(OutputError, match="cannot write there"), create_bundle(Path(target)):
         pytest.fail("must not come here")
 
@@ -157,6 +156,63 @@ def test_a_manifest_does_not_reach_outside_its_folder(tmp_path, name):
     (target / MANIFEST_NAME).write_text(json.dumps(document))
     with pytest.raises(BundleError, match="inside its folder"):
         open_manifest(target)
+
+
+@pytest.mark.parametrize("place", [b'"seed": 7', b'"numpy": "', b'"bytes": 2'])
+def test_a_changed_manifest_is_refused(tmp_path, place):
+    target = tmp_path / "part"
+    write_bundle(target)
+    content = (target / MANIFEST_NAME).read_bytes()
+    at = content.index(place) + len(place) - 1
+    digit = b"3" if place[-1:].isdigit() else b'"3'
+    (target / MANIFEST_NAME).write_bytes(content[:at] + digit + content[at + 1 :])
+    with pytest.raises(BundleError, match=r"manifest\.json was changed"):
+        open_manifest(target)
+
+
+def test_a_bundle_without_manifest_is_replaced_with_force(tmp_path):
+    target = tmp_path / "part"
+    write_bundle(target, names=tuple(STAGE_OF))
+    (target / MANIFEST_NAME).unlink()
+    with pytest.raises(BundleError, match="--force"):
+        open_manifest(target)
+    write_bundle(target, force=True)
+    open_manifest(target)
+
+
+@pytest.mark.parametrize("place", [".", "..", ""])
+def test_the_folder_one_is_in_is_not_replaced(tmp_path, monkeypatch, place):
+    inner = tmp_path / "outer" / "inner"
+    inner.mkdir(parents=True)
+    monkeypatch.chdir(inner)
+    with pytest.raises(OutputError, match="that you are in"), create_bundle(Path(place), force=True):
+        pytest.fail("must not come here")
+    assert names_in(inner.parent) == ["inner"]
+
+
+def test_a_folder_is_only_looked_into_as_far_as_is_needed(tmp_path, monkeypatch):
+    target = tmp_path / "part"
+    for number in range(30):
+        (target / f"{number:02d}").mkdir(parents=True)
+        (target / f"{number:02d}" / "thesis.tex").write_text("years of work")
+    seen = []
+    walk = os.walk
+    monkeypatch.setattr(os, "walk", lambda *a, **k: (seen.append(e) or e for e in walk(*a, **k)))
+    with pytest.raises(OutputError, match="not empty"), create_bundle(target):
+        pytest.fail("must not come here")
+    assert len(seen) <= 2
+    with pytest.raises(OutputError, match=r"thesis\.tex.* and more"), create_bundle(target, force=True):
+        pytest.fail("must not come here")
+    assert len(seen) <= 8
+
+
+def test_a_bundle_behind_a_link_is_replaced_where_it_lies(tmp_path):
+    write_bundle(tmp_path / "far" / "part")
+    (tmp_path / "link").symlink_to(tmp_path / "far" / "part")
+    write_bundle(tmp_path / "link", force=True, names=("goal.ply",))
+    assert (tmp_path / "link").is_symlink()
+    assert set(open_manifest(tmp_path / "far" / "part").files) == {"goal.ply"}
+    assert names_in(tmp_path) == ["far", "link"]
 
 
 def test_places_that_are_no_bundles_are_told_apart(tmp_path):

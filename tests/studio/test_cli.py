@@ -41,6 +41,7 @@ def plain_terminal(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     yield
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 @pytest.mark.parametrize(
@@ -92,9 +93,10 @@ def test_lists(command, capsys):
     assert main([command]) == 0
     text = capsys.readouterr().out
     assert main([command, "--json"]) == 0
-    rows = json.loads(capsys.readouterr().out)
-    assert rows
-    for row in rows:
+    document = json.loads(capsys.readouterr().out)
+    assert document["format"] == f"metal-blossom/{command}"
+    assert document[command]
+    for row in document[command]:
         assert all(str(value) in text for value in row.values())
 
 
@@ -129,6 +131,7 @@ def test_sigterm_cleans_up_as_ctrl_c_does(tmp_path):
     code = (
         # a suite that was started in the background passes an ignored SIGINT on
         "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"
         "import sys, time; from pathlib import Path; from studio import cli, pipeline\n"
         "from studio.bundle import create_bundle\n"
         "def run(target, *a, **k):\n"
@@ -136,7 +139,7 @@ def test_sigterm_cleans_up_as_ctrl_c_does(tmp_path):
         "        print('ready', flush=True); time.sleep(60)\n"
         "pipeline.make = run; sys.exit(cli.main(['make', 'a.obj', '-o', 'out']))\n"
     )
-    for number in (signal.SIGTERM, signal.SIGINT):
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
         process = subprocess.Popen(
             [sys.executable, "-c", code],
             cwd=tmp_path,
@@ -150,6 +153,20 @@ def test_sigterm_cleans_up_as_ctrl_c_does(tmp_path):
         assert process.returncode == 130
         assert err.startswith("stopped:")
         assert os.listdir(tmp_path) == []  # noqa: PTH208
+
+
+def test_ctrl_c_while_the_command_loads_ends_in_words():
+    code = (
+        "import builtins, sys; load = builtins.__import__\n"
+        "def slow(name, *a, **k):\n"
+        "    if name.startswith('cyclopts'): raise KeyboardInterrupt\n"
+        "    return load(name, *a, **k)\n"
+        "from studio.__main__ import main; builtins.__import__ = slow; sys.exit(main())\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 130
+    assert done.stderr.startswith("stopped:")
+    assert done.stderr.count("\n") == 1
 
 
 @pytest.mark.parametrize(

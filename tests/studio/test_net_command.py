@@ -87,7 +87,7 @@ def test_a_profile_of_ones_own_travels_with_the_bundle(tmp_path):
 
 def test_prove_says_what_is_proven(capsys):
     assert net("--prove") == 0
-    assert "edits are proven fewest" in capsys.readouterr().out
+    assert "proven: no" in capsys.readouterr().out
 
 
 def test_a_changed_net_is_named(tmp_path, capsys):

@@ -52,7 +52,7 @@ def test_piped_updates_come_now_and_then_with_an_estimate(monkeypatch):
         "replay    25 % block 5, about 15 s left",
         "replay    50 % block 10, about 10 s left",
         "replay    75 % block 15, about 5.0 s left",
-        "replay   100 % block 20, about 0.0 s left",
+        "replay   100 % block 20",
         "replay   sending: 20 s",
     ]
 

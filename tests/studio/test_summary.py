@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import json
 
+import pytest
+
 from studio.summary import print_summary
 from tests.studio.report_page import small_summary
 from tests.studio.test_progress import Terminal
@@ -71,3 +73,22 @@ def test_headline():
     assert small_summary().headline() == (
         "6 faces, folded 90.0 %, 1 crease blocked by collision, 0.1 mm 304 on grbl-4axis"
     )
+
+
+@pytest.mark.parametrize(
+    ("edits", "optimal", "words"),
+    [
+        (0, True, "proven: no edit is needed"),
+        (3, True, "proven: no net needs fewer than 3 edits"),
+        (1, False, "1 edit, not proven fewest: any net needs at least 0"),
+    ],
+)
+def test_the_proof_in_words(edits, optimal, words):
+    assert small_summary(edits=edits, lower_bound=edits if optimal else 0, optimal=optimal).proof() == words
+
+
+@pytest.mark.parametrize(
+    ("pieces", "words"), [(0, "nothing of the sheet"), (1, "1 piece of the sheet"), (2, "2 pieces of")]
+)
+def test_clipped_pieces_are_counted_in_words(pieces, words):
+    assert dict(small_summary(clipped_faces=pieces).rows())["clipped"].startswith(words)
