@@ -49,7 +49,7 @@ class MachineError(RigError, OSError):
 
     Attributes:
         block: index of the block that was being sent, or None.
-        step: index of the plan step of that block, or None.
+        step: index of the plan step of that block, -1 where it belongs to none, or None.
     """
 
     def __init__(self, message: str, *, block: int | None = None, step: int | None = None) -> None:
@@ -60,5 +60,5 @@ class MachineError(RigError, OSError):
 
     def __str__(self) -> str:
         where = [f"block {self.block}"] if self.block is not None else []
-        where += [f"step {self.step}"] if self.step is not None else []
+        where += [f"step {self.step}"] if self.step is not None and self.step >= 0 else []
         return f"{self.message} ({', '.join(where)})" if where else self.message

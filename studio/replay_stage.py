@@ -57,9 +57,8 @@ def replay_stage(
 
     def tell(at: Position) -> None:
         where = "EMULATED " if at.emulated else "REAL MACHINE "
-        ws.progress.update(
-            at.block / max(at.blocks, 1), f"{where}block {at.block} of {at.blocks}, step {at.step}"
-        )
+        step = f", step {at.step}" if at.step >= 0 else ""
+        ws.progress.update(at.block / max(at.blocks, 1), f"{where}block {at.block} of {at.blocks}{step}")
 
     with _machine(ws, port) as url, ws.progress.stage("replay", f"{mode} on {port}"):
         done = replay(

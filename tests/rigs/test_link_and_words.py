@@ -129,3 +129,11 @@ def test_a_port_that_refuses_says_so_once() -> None:
         url = f"socket://127.0.0.1:{listener.getsockname()[1]}"
     with pytest.raises(MachineError, match=r"^socket://\S+: cannot open the port: Connection refused: is it"):
         open_link(url, RIG)
+
+
+@pytest.mark.parametrize(
+    ("block", "step", "words"),
+    [(None, None, "lost"), (4, 0, "lost (block 4, step 0)"), (9, -1, "lost (block 9)")],
+)
+def test_a_machine_error_names_block_and_step(block: int | None, step: int | None, words: str) -> None:
+    assert str(MachineError("lost", block=block, step=step)) == words
