@@ -30,6 +30,9 @@ from planner.substrate import make_sheet
 __all__ = ["plan_folds"]
 
 STARTS, CHAINS, FINALISTS = 24, 2, 8
+ALWAYS_KEPT = ("outside-in", "side")
+"""Rules that the greedy planner keeps by its construction, whatever is switched off."""
+
 LEAST_GAIN = 0.002
 """A further net is not tried on its sheet unless it may be this much better."""
 
@@ -79,6 +82,11 @@ def plan_folds(
     problem = FoldProblem(net.goal, insets, limits, hidden_max=hidden_max, without=without)
     deadline = None if budget_s is None else time.monotonic() + budget_s
     nets, notices = _nets_to_fold(net, problem, seed, deadline, fixed_base, keep_net, tell)
+    notices += tuple(
+        f"rule {rule} is kept all the same: this planner cannot do without it"
+        for rule in ALWAYS_KEPT
+        if rule in without
+    )
     best: FoldPlan | None = None
     refused: PlanError | None = None
     for number, (chosen, axis_rad, promise) in enumerate(nets):

@@ -128,6 +128,13 @@ def test_unknown_rule_and_bad_share():
         plan_folds(net, LIMITS, hidden_max=1.5)
 
 
+def test_rules_that_the_planner_cannot_do_without_are_named():
+    plan = plan_of("bracket", without=("side", "sight"))
+    assert [notice for notice in plan.notices if "rule side is kept" in notice]
+    assert not [notice for notice in plan.notices if "rule sight" in notice]
+    assert plan.without == ("side", "sight")
+
+
 def test_an_overlapping_net_is_refused():
     goal = read_goal(goal_path("creature_coarse"))
     with pytest.raises(NetError):
