@@ -36,7 +36,7 @@ ALWAYS_KEPT = ("outside-in", "side")
 LEAST_GAIN = 0.002
 """A further net is not tried on its sheet unless it may be this much better."""
 
-EVALUATION_BUDGET, MOST_EVALUATIONS = 60_000, 1000
+EVALUATION_BUDGET, MOST_EVALUATIONS = 110_000, 2200
 """Nets tried in one chain: the budget over the number of faces, but not more than the limit."""
 
 
