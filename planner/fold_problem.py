@@ -154,12 +154,21 @@ class FoldProblem:
         """
         from planner._kernels.tree_kernels import subtree_ranges
 
-        preorder, first, last = subtree_ranges(tree.parent, tree.order)
+        return self._loads(tree, subtree_ranges(tree.parent, tree.order), *hinge_lines(tree))
+
+    def _loads(
+        self,
+        tree: FlatTree,
+        ranges: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]],
+        hinges: NDArray[np.float64],
+        lengths: NDArray[np.float64],
+    ) -> NDArray[np.float64]:
+        """``loads`` where the subtree ranges and the hinge lines are known already."""
+        preorder, first, last = ranges
         area = 0.5 * self._double_area[preorder, None]
         weighed = np.concatenate([area, area * tree.corners[preorder].mean(axis=1)], axis=1)
         sums = np.concatenate([np.zeros((1, 3)), np.cumsum(weighed, axis=0)])
         below = sums[last] - sums[first]
-        hinges, lengths = hinge_lines(tree)
         arm = below[:, 1:] - below[:, :1] * hinges[:, :2]
         moment = self.limits.weight_n_mm2 * np.abs(hinges[:, 2] * arm[:, 1] - hinges[:, 3] * arm[:, 0])
         return np.where(tree.target != 0.0, moment / (self.limits.plastic_moment_n * lengths), 0.0)
@@ -208,6 +217,7 @@ class FoldProblem:
             give_up, self.goal.longest_side_mm,
         )  # fmt: skip
         wanted = np.abs(tree.target).sum()
+        loads = self._loads(tree, (preorder, first, last), hinges, lengths)
         return FoldResult(
             steps=steps,
             reached=reached,
@@ -219,7 +229,7 @@ class FoldProblem:
             else 1.0,
             shape_rms=shape_rms(solids[:count, 9:12], self.corners_3d),
             rotations=int((steps[:, 0] == 0).sum()),
-            overload=float(np.maximum(self.loads(tree) - SAFE_LOAD, 0.0).sum()),
+            overload=float(np.maximum(loads - SAFE_LOAD, 0.0).sum()),
         )
 
 

@@ -191,8 +191,7 @@ def improve(
     """Anneal one net: exchange creases on the paths between faces that block each other.
 
     Source: the co-design of net and plan by simulated annealing; the temperature falls
-    geometrically. ``stop``
-    ends it from another thread.
+    geometrically. ``stop`` ends it from another thread.
 
     Returns:
         The last few improvements, the best first; the start alone if nothing was better.

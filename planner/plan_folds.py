@@ -15,7 +15,7 @@ from planner.errors import NetError, PlanError
 from planner.flat_layout import FlatLayout
 from planner.fold_plan import FoldPlan, MachineLimits
 from planner.fold_problem import RULES, FoldProblem
-from planner.fold_search import SearchSettings, axis_angles, judge, search
+from planner.fold_search import Candidate, SearchSettings, axis_angles, judge, search
 from planner.insets import edge_insets
 from planner.nearly_blooming import certify, nearly_blooming
 from planner.net import Net
@@ -77,7 +77,7 @@ def plan_folds(
     insets = edge_insets(net, limits.thickness, limits.clearance)
     problem = FoldProblem(net.goal, insets, limits, hidden_max=hidden_max, without=without)
     deadline = None if budget_s is None else time.monotonic() + budget_s
-    nets, notices = _nets_to_fold(net, problem, seed, deadline, fixed_base, keep_net, tell)
+    found, notices = _nets_to_fold(net, problem, seed, deadline, fixed_base, keep_net, tell)
     notices += tuple(
         f"rule {rule} is kept all the same: this planner cannot do without it"
         for rule in ALWAYS_KEPT
@@ -85,10 +85,11 @@ def plan_folds(
     )
     best: FoldPlan | None = None
     refused: PlanError | None = None
-    for number, (chosen, axis_rad, promise) in enumerate(nets):
-        if best is not None and (plan_cost(best) <= promise + LEAST_GAIN or number >= FINALISTS):
+    for number, candidate in enumerate(found):
+        if best is not None and (plan_cost(best) <= candidate.cost + LEAST_GAIN or number >= FINALISTS):
             break  # the sheet only ever takes away from what the search found
-        tell(0.9 + 0.09 * number / len(nets), "folding with the sheet in place")
+        tell(0.9 + 0.09 * number / len(found), "folding with the sheet in place")
+        chosen, axis_rad = _net_of(candidate, net, keep_net)
         try:
             placed = place_net(chosen, limits, axis_rad)
             sheet = make_sheet(placed, limits)
@@ -118,8 +119,8 @@ def _nets_to_fold(
     fixed_base: bool,
     keep_net: bool,
     tell: Callable[[float, str], None],
-) -> tuple[list[tuple[Net, float | None, float]], tuple[str, ...]]:
-    """Nets that fold well, best first: net, rotary axis in it (None: any that fits), cost; and notices.
+) -> tuple[list[Candidate], tuple[str, ...]]:
+    """Nets that fold well, best first, and notices.
 
     The further ones stand in where the sheet around a better one cannot be held or turned.
     """
@@ -143,15 +144,16 @@ def _nets_to_fold(
         notices = (
             "the time budget ended the search, so another run may give another plan; a larger --budget helps",
         )
-    nets = []
-    for candidate in found[: 3 * FINALISTS]:
-        layout = candidate.layout
-        made = net if keep_net else layout.to_net(certify(layout, net.certificate.method))
-        start, end = made.vertices[made.faces[made.base_face, :2]]
-        heading = math.atan2(end[1] - start[1], end[0] - start[0])
-        axis_rad = heading + candidate.axis_rad if math.isfinite(candidate.cost) else None
-        nets.append((made, axis_rad, candidate.cost))
-    return nets, notices
+    return found[: 3 * FINALISTS], notices
+
+
+def _net_of(candidate: Candidate, net: Net, keep_net: bool) -> tuple[Net, float | None]:
+    """The net of a candidate with its certificate, and the rotary axis in it (None: any that fits)."""
+    layout = candidate.layout
+    made = net if keep_net else layout.to_net(certify(layout, net.certificate.method))
+    start, end = made.vertices[made.faces[made.base_face, :2]]
+    heading = math.atan2(end[1] - start[1], end[0] - start[0])
+    return made, heading + candidate.axis_rad if math.isfinite(candidate.cost) else None
 
 
 def _starts(graph: DualGraph, base: int, fixed_base: bool, seed: int) -> list[FlatLayout]:
