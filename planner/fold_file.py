@@ -47,8 +47,8 @@ def write_fold(net: Net, path: str | os.PathLike[str]) -> None:
         "edges_assignment": net.assignment.tolist(),
         "edges_foldAngle": [math.degrees(a) for a in net.fold_angle.tolist()],
         "faces_vertices": net.faces.tolist(),
-        "blossom:faces_goal": list(range(len(net.faces))),
-        "blossom:goal_sha256": net.goal.sha256,
+        "blossom:faces_goal": net.goal.faces_goal.tolist(),
+        "blossom:goal_sha256": net.goal.original.sha256,
         "blossom:base_face": net.base_face,
         "blossom:certificate": {
             "blooming_overlaps": certificate.blooming_overlaps,
@@ -68,7 +68,8 @@ def read_fold(path: str | os.PathLike[str], goal: GoalMesh) -> Net:
     """Read the net of ``goal`` from a FOLD file that ``write_fold`` wrote, or another tool saved again.
 
     The tree is rebuilt from the creases, rooted at the base face. Fold angles of creases are the goal's own;
-    those of the file must agree with them.
+    those of the file must agree with them. Where the file says that faces were left out, the net is one of
+    what is left of ``goal``.
 
     Raises:
         FormatError: if the file is not such a net, or not one of this goal; the message names the key.
@@ -149,13 +150,9 @@ class _Reader:
             )
         self.within("faces_vertices", faces, len(vertices), "vertex")
         self.within("edges_vertices", edges, len(vertices), "vertex")
+        certificate = self._certificate()
+        goal = self._without_left_out(goal, len(faces), certificate.faces_left_out)
         count = len(goal.faces)
-        numbers = self.data.get("blossom:faces_goal", list(range(len(faces))))
-        if len(faces) != count or numbers != list(range(count)):
-            raise self.fail(
-                "blossom:faces_goal",
-                f"expected the {count} faces of {goal.name} in their order, got {len(faces)} faces",
-            )
         base = self.data.get("blossom:base_face")
         if not isinstance(base, int) or isinstance(base, bool) or not 0 <= base < count:
             raise self.fail("blossom:base_face", f"expected a face from 0 to {count - 1}, got {base!r}")
@@ -177,8 +174,24 @@ class _Reader:
             assignment=np.array(letters, dtype="<U1"),
             fold_angle=self._angles(goal, faces, edges, letters, degrees, parent, crease),
             crease_of=crease,
-            certificate=self._certificate(),
+            certificate=certificate,
         )
+
+    def _without_left_out(self, goal: GoalMesh, count: int, left_out: int) -> GoalMesh:
+        """The goal without the faces that the file and its certificate say were left out."""
+        total = len(goal.faces)
+        numbers = self.data.get("blossom:faces_goal", list(range(count)))
+        if not isinstance(numbers, list) or not all(type(number) is int for number in numbers):
+            raise self.fail("blossom:faces_goal", f"expected the number of a face of {goal.name} for each face")
+        missing = sorted(set(range(total)) - set(numbers))
+        in_order = sorted(set(numbers)) == numbers and all(0 <= number < total for number in numbers)
+        if not in_order or len(numbers) != count or len(missing) != left_out:
+            but = f" but for {left_out} that the certificate says were left out" if left_out else ""
+            raise self.fail(
+                "blossom:faces_goal",
+                f"expected the {total} faces of {goal.name} in their order{but}, got {count} faces",
+            )
+        return goal.without(missing)
 
     def _check_shape(self, goal: GoalMesh, vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> None:
         """Refuse faces that are not the goal's, laid flat with the outer side up."""

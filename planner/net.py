@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -48,7 +48,8 @@ class Net:
     they form a spanning tree of the dual graph, rooted at ``base_face``.
 
     Attributes:
-        goal: the mesh that the net folds to.
+        goal: the mesh that the net folds to. Where faces were left out on request it is the rest, and
+            ``goal.original`` the whole mesh, ``goal.faces_goal`` the face of it that each face of the net is.
         base_face: the stationary face.
         vertices: (N, 2) flat positions in mm; vertices are duplicated along cuts.
         faces: (F, 3) indices into ``vertices``, counter-clockwise seen from +z.
@@ -72,8 +73,12 @@ class Net:
     certificate: NetCertificate = field(default_factory=lambda: NetCertificate(0, 0))
 
     def __post_init__(self) -> None:
-        """Freeze the arrays and check their shapes."""
+        """Freeze the arrays, check their shapes, and let the certificate tell of missing faces."""
         count = len(self.faces)
+        missing = len(self.goal.left_out)
+        if self.certificate.faces_left_out != missing:
+            certificate = replace(self.certificate, faces_left_out=missing)
+            object.__setattr__(self, "certificate", certificate)
         for name, dtype, shape in (
             ("vertices", np.float64, (None, 2)),
             ("faces", np.int64, (None, 3)),
