@@ -40,6 +40,10 @@ class MachineLimits:
         focus_travel: travel of the focus axis over and under the sheet plane (0: none).
         weight_n_mm2: weight of the sheet, N per mm².
         plastic_moment_n: moment at which a crease yields all through, N mm per mm of its length.
+        bend_width: width of the strip beside a crease that bends, in the flat sheet (0: sharp creases).
+        neutral_shift: how far beyond the middle of the sheet, away from the beam, the fibre lies that keeps
+            its length when a crease bends.
+        relief_mm: largest radius of the holes where creases meet (0: none).
     """
 
     thickness: float = 0.1
@@ -55,6 +59,9 @@ class MachineLimits:
     focus_travel: float = 120.0
     weight_n_mm2: float = 7.75e-6
     plastic_moment_n: float = 0.66
+    bend_width: float = 0.0
+    neutral_shift: float = 0.0
+    relief_mm: float = 0.0
 
 
 @dataclass(frozen=True)

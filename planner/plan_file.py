@@ -42,7 +42,7 @@ _BOUND = ("goal", "net", "rig", "material")
 _ANGLE_DECIMALS = 11  # degrees
 _SHARED_LIMITS = (
     "kerf", "axis_height", "lens_height", "beam_radius", "frame_margin", "depth_of_focus",
-    "focus_travel",
+    "focus_travel", "bend_width", "neutral_shift", "relief_mm",
 )  # fmt: skip
 
 

@@ -139,6 +139,9 @@ class LimitsRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     frame_margin: _NotNegative
     depth_of_focus: _NotNegative
     focus_travel: _NotNegative
+    bend_width: _NotNegative = 0.0
+    neutral_shift: _NotNegative = 0.0
+    relief_mm: _NotNegative = 0.0
 
 
 class PlanRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
