@@ -182,7 +182,9 @@ class _Reader:
         total = len(goal.faces)
         numbers = self.data.get("blossom:faces_goal", list(range(count)))
         if not isinstance(numbers, list) or not all(type(number) is int for number in numbers):
-            raise self.fail("blossom:faces_goal", f"expected the number of a face of {goal.name} for each face")
+            raise self.fail(
+                "blossom:faces_goal", f"expected the number of a face of {goal.name} for each face"
+            )
         missing = sorted(set(range(total)) - set(numbers))
         in_order = sorted(set(numbers)) == numbers and all(0 <= number < total for number in numbers)
         if not in_order or len(numbers) != count or len(missing) != left_out:

@@ -17,6 +17,7 @@ from planner.fold_plan import FoldPlan, MachineLimits
 from planner.fold_problem import RULES, FoldProblem
 from planner.fold_search import Candidate, SearchSettings, axis_angles, judge, search
 from planner.insets import edge_insets
+from planner.lost_folds import foldable_share
 from planner.nearly_blooming import certify, nearly_blooming
 from planner.net import Net
 from planner.placement import place_net
@@ -108,7 +109,7 @@ def plan_folds(
 def plan_cost(plan: FoldPlan) -> float:
     """What the choice among finished plans makes small; see ``fold_search.cost``."""
     relative = plan.metrics.shape_rms / plan.net.goal.longest_side_mm
-    return 1.0 - plan.metrics.fold_completion + 0.25 * relative
+    return foldable_share(plan.net) - plan.metrics.fold_completion + 0.25 * relative
 
 
 def _nets_to_fold(

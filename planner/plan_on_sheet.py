@@ -14,6 +14,7 @@ from planner.fabrication import check_held, fabrication_steps
 from planner.fold_plan import Blocked, Fold, FoldPlan, PlanMetrics, Rotate, Sheet
 from planner.fold_problem import FlatTree, FoldProblem, FoldResult, bounding_spheres, hinge_lines
 from planner.holding import Hold, hold_base
+from planner.lost_folds import foldable_share
 from planner.net import Net
 
 __all__ = ["plan_on_sheet", "sheet_hits", "tree_of_net"]
@@ -164,7 +165,7 @@ def _metrics(net: Net, sheet: Sheet, hold: Hold, result: FoldResult) -> PlanMetr
     a, b, c = (sheet.triangles[clipped, k] for k in range(3))
     area = 0.5 * np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]).sum()
     return PlanMetrics(
-        fold_completion=result.completion,
+        fold_completion=result.completion * foldable_share(net),
         shape_rms=result.shape_rms,
         shape_rms_rel=result.shape_rms / float(np.linalg.norm(np.ptp(net.goal.vertices, axis=0))),
         rotations=result.rotations,
