@@ -1,8 +1,8 @@
 """Bends with a radius: how far the faces of a net move in the flat so that the folded part has its size.
 
-A crease is a line only in the net. In metal, a strip of some width beside it bends to an arc, and the fibre
-that keeps its length lies beyond the middle of the sheet, away from the beam, which shrinks the metal that it
-heats. Seen in the middle surface, each crease therefore takes up a little more or less metal than a sharp one.
+A crease is a line only in the net. In metal, a strip of some width beside it bends to an arc, and the
+fibre that keeps its length lies beyond the middle of the sheet, away from the beam, which shrinks the metal
+that it heats. Seen in the middle surface, each crease takes up a little more or less metal than a sharp one.
 """
 
 from __future__ import annotations

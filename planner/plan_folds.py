@@ -20,6 +20,7 @@ from planner.insets import edge_insets
 from planner.lost_folds import foldable_share
 from planner.nearly_blooming import certify, nearly_blooming
 from planner.net import Net
+from planner.pattern_check import with_pattern
 from planner.placement import place_net
 from planner.plan_on_sheet import plan_on_sheet, tree_of_net
 from planner.substrate import make_sheet
@@ -103,7 +104,7 @@ def plan_folds(
     if best is None:
         assert refused is not None  # noqa: S101 - there is at least one net
         raise refused
-    return best
+    return with_pattern(best)
 
 
 def plan_cost(plan: FoldPlan) -> float:

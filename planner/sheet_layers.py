@@ -8,16 +8,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.fold_plan import Clip, Cut, FoldPlan, Polyline, Release, Sheet
+from planner.pattern import pattern_of
+from planner.relief import is_relief
 
 if TYPE_CHECKING:
     from shapely import Geometry
 
 __all__ = ["LAYERS", "LAYER_COLOURS", "sheet_layers"]
 
-LAYERS = ("VALLEY", "MOUNTAIN", "CLIP", "CUT", "TAB")
+LAYERS = ("RELIEF", "VALLEY", "MOUNTAIN", "CLIP", "CUT", "TAB")
 """Names of the layers in the order in which a sheet would be worked."""
 
 LAYER_COLOURS = {
+    "RELIEF": "#FF00FF",
     "VALLEY": "#0000FF",
     "MOUNTAIN": "#FF0000",
     "CLIP": "#FF8000",
@@ -32,26 +35,29 @@ _SEAM_MM = 1e-3
 def sheet_layers(plan: FoldPlan) -> dict[str, tuple[Polyline, ...]]:
     """Polylines in mm on each layer of ``LAYERS``.
 
-    CUT holds the cuts beside the net, CLIP those between clipped and kept substrate, TAB the cuts of the
-    release, VALLEY and MOUNTAIN the creases by the sign of their goal angle. No line is on two layers.
+    RELIEF holds the holes where creases meet, CUT the cuts beside the net, CLIP those between clipped and
+    kept substrate, TAB the cuts of the release, VALLEY and MOUNTAIN the creases by the sign of their goal
+    angle. No line is on two layers. All lie where the pattern has them, which allows for the bends.
     """
-    cuts = [path for step in plan.steps if isinstance(step, Cut) for path in step.paths]
+    pattern = pattern_of(plan)
+    relief = [p for step in plan.steps if isinstance(step, Cut) and is_relief(step) for p in step.paths]
+    cuts = [p for step in plan.steps if isinstance(step, Cut) and not is_relief(step) for p in step.paths]
     tabs = [path for step in plan.steps if isinstance(step, Release) for path in step.paths]
     clipped = {t for step in plan.steps if isinstance(step, Clip) for t in step.faces}
     seam = _seam_zone(plan.sheet, clipped)
     net = plan.net
     creases: dict[str, list[Polyline]] = {"V": [], "M": []}
-    for edge, letter in zip(net.edges.tolist(), net.assignment.tolist(), strict=True):
+    for edge, letter in enumerate(net.assignment.tolist()):
         if letter in creases:
-            a, b = net.vertices[edge].tolist()
-            creases[letter].append(((a[0], a[1]), (b[0], b[1])))
+            creases[letter].append(pattern.creases[edge])
     along_seam = [_runs_along(path, seam) for path in cuts]
     return {
+        "RELIEF": pattern.paths(relief),
         "VALLEY": tuple(creases["V"]),
         "MOUNTAIN": tuple(creases["M"]),
-        "CLIP": tuple(path for path, is_seam in zip(cuts, along_seam, strict=True) if is_seam),
-        "CUT": tuple(path for path, is_seam in zip(cuts, along_seam, strict=True) if not is_seam),
-        "TAB": tuple(tabs),
+        "CLIP": pattern.paths(p for p, is_seam in zip(cuts, along_seam, strict=True) if is_seam),
+        "CUT": pattern.paths(p for p, is_seam in zip(cuts, along_seam, strict=True) if not is_seam),
+        "TAB": pattern.paths(tabs),
     }
 
 

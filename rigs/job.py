@@ -105,6 +105,7 @@ class Job:
         style: how this rig's G-code is written.
         blocks: in order.
         notices: what a person should know, in words.
+        pattern: what the bend allowance and the kerf change, in mm (``planner.pattern_check``).
     """
 
     rig_name: str
@@ -112,6 +113,7 @@ class Job:
     style: GcodeStyle
     blocks: tuple[Block, ...]
     notices: tuple[str, ...] = field(default=())
+    pattern: dict[str, float] = field(default_factory=dict)
 
     @cached_property
     def seconds(self) -> float:

@@ -10,6 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from planner.fold_plan import Cut, Fold, FoldPlan, Polyline, Release, Rotate, Wait
+from planner.pattern import Pattern, pattern_of
+from planner.pattern_check import pattern_figures
 from rigs.beam_path import Stroke, machine_path, plan_strokes
 from rigs.errors import JobError
 from rigs.gcode import SYNC_S
@@ -54,7 +56,8 @@ def make_job(
 
     Fold passes run to and fro, each with a dark run-in and run-out so that the head is at speed over the
     crease; cuts are split into pieces of at most ``rig.laser.max_beam_s`` seconds of beam. The rotary moves
-    in blocks of its own, beam off.
+    in blocks of its own, beam off. Cuts and passes lie where the pattern has them, which allows for the
+    bends; passes begin and end at the edge of relief holes.
 
     Args:
         plan: the plan.
@@ -68,10 +71,12 @@ def make_job(
             exceed the power cap, a speed or a step rate, or hold a figure that is not finite; names step and
             crease.
     """
-    builder = _Builder(plan, process, rig)
+    pattern = pattern_of(plan)
+    builder = _Builder(pattern, process, rig)
     for number, step in enumerate(plan.steps):
         if isinstance(step, (Cut, Release)):
-            builder.cut(number, step.paths, step.why if isinstance(step, Cut) else "release the part")
+            paths = pattern.paths(step.paths)
+            builder.cut(number, paths, step.why if isinstance(step, Cut) else "release the part")
         elif isinstance(step, Rotate):
             builder.rotate(number, step.to_rad)
         elif isinstance(step, Fold):
@@ -90,14 +95,15 @@ def make_job(
         style=builder.style,
         blocks=tuple(builder.blocks),
         notices=tuple(builder.notices),
+        pattern=pattern_figures(plan, pattern).to_values(),
     )
 
 
 class _Builder:
     """Appends blocks; knows where the head stands and how the sheet is turned."""
 
-    def __init__(self, plan: FoldPlan, process: Process, rig: Rig) -> None:
-        self.plan, self.process, self.rig = plan, process, rig
+    def __init__(self, pattern: Pattern, process: Process, rig: Rig) -> None:
+        self.pattern, self.process, self.rig = pattern, process, rig
         self.style = gcode_style(rig)
         self.checks = RigChecks(rig)
         self.blocks: list[Block] = []
@@ -164,8 +170,7 @@ class _Builder:
         where = f"step {number}, crease {step.crease}"
         if made.passes == 0:
             return
-        start, end = self.plan.net.hinge(self.plan.net.child_of[step.crease])
-        a, b = (float(start[0]), float(start[1])), (float(end[0]), float(end[1]))
+        a, b = self.pattern.creases[step.crease]
         self.checks.finite(where, *a, *b, made.power_w, made.speed_mm_s, *made.waits_s)
         strokes = plan_strokes(self.rig, a, b, self.rotary, made.speed_mm_s, digits=DIGITS)
         power, s_word = self.checks.power(made.power_w, where)

@@ -59,6 +59,7 @@ def write_job(job: Job, path: Path) -> None:
             "energy_j": round(job.energy_j, 3),
         },
         "notices": list(job.notices),
+        "pattern": job.pattern,
         "style": {
             "rotary_word": job.style.rotary_word,
             "rotary_units_per_rad": job.style.rotary_units_per_rad,
@@ -159,6 +160,7 @@ def _job(data: object, path: Path) -> tuple[Job, dict[str, str]]:
         style=GcodeStyle(**data["style"]),
         blocks=tuple(blocks),
         notices=tuple(map(str, data["notices"])),
+        pattern={str(k): float(v) for k, v in data.get("pattern", {}).items()},
     )
     return job, {"job": str(data["job_sha256"]), "gcode": str(data["gcode_sha256"])}
 

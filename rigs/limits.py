@@ -6,6 +6,7 @@ import math
 from typing import Protocol
 
 from planner.fold_plan import MachineLimits
+from planner.relief import relief_mm_for
 from rigs.errors import ProfileError
 from rigs.rig import Rig
 
@@ -27,13 +28,18 @@ class SheetMaterial(Protocol):
     def yield_pa(self) -> float:
         """Yield stress at room temperature, Pa."""
 
+    @property
+    def neutral_share(self) -> float:
+        """Neutral fibre beyond the middle of the sheet, away from the beam, as a share of the thickness."""
+
 
 def machine_limits(rig: Rig, material: SheetMaterial, thickness_mm: float | None = None) -> MachineLimits:
     """Limits of ``rig`` for a sheet of ``material``.
 
     The lens height is the one with the focus on the rotary axis, so a rotation needs no raised head. A rig
     that cannot move its focus gets no focus travel; the planner then keeps tilted creases within the depth
-    of focus.
+    of focus. The strip that bends is as wide as the spot: the heating model gives a crease the stiffness of
+    such a strip (grade C, measure it on a bent section). Both it and the relief holes are on.
 
     Args:
         rig: the machine.
@@ -66,4 +72,7 @@ def machine_limits(rig: Rig, material: SheetMaterial, thickness_mm: float | None
         focus_travel=travel,
         weight_n_mm2=material.density_kg_m3 * 9.81 * thickness * 1e-9,
         plastic_moment_n=material.yield_pa * 1e-6 * thickness**2 / 4.0,
+        bend_width=rig.head.spot_mm,
+        neutral_shift=material.neutral_share * thickness,
+        relief_mm=relief_mm_for(rig.head.spot_mm, thickness),
     )

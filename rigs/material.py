@@ -111,6 +111,8 @@ class Forming(Profile, frozen=True, kw_only=True):
         half_passes: n_h where the bottom reaches ``half_heat`` of the way to the anneal temperature.
         half_heat: that share.
         half_exponent: how steeply n_h rises with that share (metal that anneals itself hardens less).
+        neutral_share: how far beyond the middle of the sheet, away from the beam, the fibre lies that keeps
+            its length when a crease bends, as a share of the thickness.
         scatter_sheet: relative scatter of the angle from sheet to sheet.
         scatter_crease: from crease to crease.
         scatter_pass: from pass to pass.
@@ -122,6 +124,7 @@ class Forming(Profile, frozen=True, kw_only=True):
     half_passes: float = 83.0
     half_heat: float = 0.316
     half_exponent: float = 6.4
+    neutral_share: float = 1.0 / 3.0
     scatter_sheet: float = 0.10
     scatter_crease: float = 0.05
     scatter_pass: float = 0.08
@@ -190,6 +193,16 @@ class Material(Profile, frozen=True, kw_only=True):
     def yield_pa(self) -> float:
         """Yield stress of the used temper at 20 °C, Pa."""
         return 1e6 * self.temper[self.temper_name].yield_mpa
+
+    @property
+    def neutral_share(self) -> float:
+        """Neutral fibre beyond the middle of the sheet, away from the beam, as a share of the thickness.
+
+        The default follows from the two-layer model of Vollertsen, Lasers in Engineering 2 (1994) 261: if the
+        lit part s of the thickness h shrinks evenly, shortening over bend angle is h² / 6 (h - s), which is
+        h / 3 for the model's s = h / 2, and h / 6 for a thin lit layer. Grade C.
+        """
+        return self.forming.neutral_share
 
     @property
     def scatter(self) -> tuple[float, float, float]:
@@ -299,6 +312,8 @@ def _mistakes(material: Material) -> Iterator[str]:
     for name in ("fall_off", "half_exponent", "scatter_sheet", "scatter_crease", "scatter_pass"):
         if getattr(forming, name) < 0.0:
             yield f"$.forming.{name}: must not be negative, got {getattr(forming, name)}"
+    if not 0.0 <= forming.neutral_share <= 1.0:
+        yield f"$.forming.neutral_share: expected a share from 0 to 1, got {forming.neutral_share}"
     for name in NAMED_GRADES:
         if name not in material.grades:
             yield f"$.grades.{name}: say grade and source of these values"

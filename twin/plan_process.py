@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass
 
 from planner.fold_plan import Cut, Fold, FoldPlan, Point, Polyline, Release, Rotate, Wait
+from planner.pattern import pattern_of
 from rigs.beam_path import between_strokes_s, largest_speed, plan_strokes
 from rigs.material import Material
 from rigs.motion_time import line_seconds
@@ -123,6 +124,7 @@ class _Maker:
         share: float,
     ) -> None:
         self.plan, self.rig, self.material = plan, rig, material
+        self.pattern = pattern_of(plan)
         self.objective: Objective = objective
         self.allowed_c = min(allowed_c, 20.0 + 0.35 * (material.constants.anneal_c - 20.0))
         self.absorptivity = share
@@ -193,7 +195,8 @@ class _Maker:
                 f"need {passes} passes at {SLOWEST_CUT_MM_S:g} mm/s: choose thinner metal or a stronger laser"
             )
         speed = min(speed * passes, 0.5 * min(rig.axes.max_mm_s[:2]))
-        length = sum(math.dist(a, b) for path in paths for a, b in itertools.pairwise(path))
+        burnt = self.pattern.paths(paths)
+        length = sum(math.dist(a, b) for path in burnt for a, b in itertools.pairwise(path))
         return CutProcess(
             step=number,
             power_w=power,
@@ -206,14 +209,12 @@ class _Maker:
         )
 
     def _crease(self, number: int, crease: int) -> _Line:
-        net = self.plan.net
-        if crease not in net.child_of:
+        if crease not in self.pattern.creases:
             raise HeatingError(
                 f"step {number} folds net edge {crease}, which joins no face to its parent: the plan does "
                 "not belong to this net"
             )
-        start, end = net.hinge(net.child_of[crease])
-        a, b = (float(start[0]), float(start[1])), (float(end[0]), float(end[1]))
+        a, b = self.pattern.creases[crease]
         return _Line(a, b, math.dist(a, b))
 
     def _footprint(self, line: _Line, cosine: float) -> tuple[float, float]:

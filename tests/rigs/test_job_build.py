@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from planner.fold_plan import Cut, Fold, Release, Rotate
+from planner.pattern import pattern_of
 from rigs.errors import JobError
 from rigs.gcode import gcode_program, write_gcode
 from rigs.job_build import make_job
@@ -40,8 +42,10 @@ def lit_on_sheet(rig, place: dict[str, float]) -> np.ndarray:
     return np.array([place["X"] - rig.rotary.axis_point_mm[0], y])
 
 
-def test_light_falls_on_the_creases_of_the_plan_with_the_planned_dose(case):
+def test_light_falls_on_the_creases_of_the_pattern_with_the_planned_dose(case):
     plan, process, rig, job = case
+    pattern = pattern_of(plan)
+    assert pattern.largest_shift_mm > 0.01
     program = read(write_gcode(job))
     blocks = [b for b in gcode_program(job).blocks if b.kind == "pass"]
     lit = {m.line: m for m in program.moves if m.s > 0.0}
@@ -51,7 +55,7 @@ def test_light_falls_on_the_creases_of_the_plan_with_the_planned_dose(case):
         moves = [lit[n] for n in range(block.first_line, block.last_line + 1) if n in lit]
         assert len(moves) == 1
         move = moves[0]
-        start, end = plan.net.hinge(plan.net.child_of[block.crease])
+        start, end = np.array(pattern.creases[block.crease])
         u = (end - start) / np.linalg.norm(end - start)
         for place in (move.start, move.end):
             point = lit_on_sheet(rig, place)
@@ -72,8 +76,9 @@ def test_light_falls_on_the_creases_of_the_plan_with_the_planned_dose(case):
     assert job.energy_j == pytest.approx(process.energy_j, rel=0.01)
 
 
-def test_cuts_follow_their_paths_completely(case):
+def test_cuts_follow_their_paths_in_the_pattern_completely(case):
     plan, process, rig, job = case
+    pattern = pattern_of(plan)
     program = read(write_gcode(job))
     spans = {
         n: b
@@ -88,8 +93,9 @@ def test_cuts_follow_their_paths_completely(case):
             a, b = lit_on_sheet(rig, move.start), lit_on_sheet(rig, move.end)
             length[step] = length.get(step, 0.0) + float(np.linalg.norm(b - a))
             near = min(
-                max(distance_to_segment(p, np.array(path[0]), np.array(path[1])) for p in (a, b))
-                for path in plan.steps[step].paths
+                max(distance_to_segment(p, np.array(start), np.array(end)) for p in (a, b))
+                for path in pattern.paths(plan.steps[step].paths)
+                for start, end in itertools.pairwise(path)
             )
             assert near < 0.005
     for cut in process.cuts:
