@@ -9,17 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.base_faces import rank_bases
-from planner.blooming_trees import BLOOMING_TREES, blooming_tree
+from planner.blooming_trees import BLOOMING_TREES, TreeName, blooming_tree
 from planner.dual_graph import DualGraph
 from planner.errors import NetError
 from planner.flat_layout import FlatLayout
 from planner.goal_mesh import GoalMesh
+from planner.lightest_branches import face_areas, lightest_branches
 from planner.nearly_blooming import DEFAULT_BUDGET_S, WORK_PER_SECOND, certify, nearly_blooming
 from planner.net import Net
 from planner.net_methods import net_method
 from planner.overlap import overlapping_triangles
 
-__all__ = ["lightest_branches", "net_with_faces_left_out"]
+__all__ = ["net_with_faces_left_out"]
 
 BASES_TRIED = 8
 """Bases, best first, whose trees are thinned out."""
@@ -30,8 +31,14 @@ REFINED = 6
 MOST_PAIRS = 4000
 """Trees with more overlapping pairs than this are not thinned out."""
 
-NODE_LIMIT = 20_000
-"""Branchings of one integer programme; it counts work, so that results do not depend on the machine."""
+REFINED_BASES = 3
+"""Bases from which each lighter choice is tried."""
+
+LIGHTER_S = 2.0
+"""Nominal seconds for lighter choices, even if the trees took the whole budget."""
+
+SET_UP_WORK = 20
+"""Faces tested for overlap that setting up one lighter choice stands for, per face of the goal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,12 +90,16 @@ def net_with_faces_left_out(
             "joins; fold each piece by itself"
         )
     left = (DEFAULT_BUDGET_S if budget_s is None else budget_s) * WORK_PER_SECOND
-    areas = _areas(graph)
+    areas = face_areas(graph)
     thinned: list[tuple[float, int, FlatLayout, NDArray[np.bool_]]] = []
-    for layout, work in _trees(graph, method, base_face, seed, left / WORK_PER_SECOND):
+    if base_face is None:
+        bases = [(rank.face, rank.tree) for rank in rank_bases(graph, BASES_TRIED, seed=seed)]
+    else:
+        bases = [(base_face, tree) for tree in BLOOMING_TREES]
+    for layout, work in _trees(graph, method, bases, seed, left / WORK_PER_SECOND):
         left -= work
         pairs = layout.overlapping_pairs()
-        if len(pairs) <= MOST_PAIRS:
+        if len(pairs) <= MOST_PAIRS or not thinned:
             gone = lightest_branches(layout, pairs)
             thinned.append((round(float(areas[gone].sum()), 6), len(thinned), layout, gone))
         if left <= 0.0 and thinned:
@@ -103,74 +114,19 @@ def net_with_faces_left_out(
     if not found:
         raise NetError(f"{goal.name}: even with faces left out no tab can hold the base; try another --base")
     best = min(found, key=lambda one: one.order)
-    best = _lighter(goal, best, areas, base_face, seed, max(left, 0.2 * WORK_PER_SECOND))
+    if method == "nb":
+        best = _lighter(best, bases, areas, seed, max(left, LIGHTER_S * WORK_PER_SECOND))
     return best.layout.to_net(certify(best.layout, method))
 
 
-def lightest_branches(layout: FlatLayout, pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """(F,) faces of least total area without which no pair of ``pairs`` (P, 2) overlaps.
-
-    Of a tree whole branches go: x_child >= x_parent, x_f + x_g >= 1 for every pair, minimum of the sum of
-    area times x; the base panel stays. Solved with HiGHS (``scipy.optimize.milp``); if ``NODE_LIMIT`` ends
-    it, the best choice found.
-    """
-    from scipy.optimize import Bounds, LinearConstraint, milp
-    from scipy.sparse import coo_array
-
-    graph = layout.graph
-    count = len(layout.parent)
-    gone = np.zeros(count, dtype=np.bool_)
-    if not len(pairs):
-        return gone
-    parent, order = layout.parent.tolist(), layout.order.tolist()
-    relevant = set(pairs.ravel().tolist())
-    for face in reversed(order):
-        if face in relevant and parent[face] >= 0:
-            relevant.add(parent[face])
-    column = {face: number for number, face in enumerate(sorted(relevant))}
-    stands_for = [-1] * count  # the nearest relevant face on the way to the base
-    for face in order:
-        stands_for[face] = face if face in relevant else stands_for[parent[face]]
-    areas = _areas(graph)
-    cost = np.zeros(len(column))
-    for face in range(count):
-        cost[column[stands_for[face]]] += areas[face]
-    rows: list[tuple[int, int, int]] = []
-    for number, (one, other) in enumerate(pairs.tolist()):
-        rows += [(number, column[one], 1), (number, column[other], 1)]
-    least = [1.0] * len(pairs)
-    for face in sorted(relevant):
-        if parent[face] >= 0:
-            rows += [(len(least), column[face], 1), (len(least), column[parent[face]], -1)]
-            least.append(0.0)
-    at, which, value = np.array(rows).T
-    matrix = coo_array((value.astype(np.float64), (at, which)), shape=(len(least), len(column))).tocsr()
-    most = np.array([0.0 if layout.depth[face] == 0 else 1.0 for face in sorted(relevant)])
-    result = milp(
-        cost / cost.max(),
-        integrality=np.ones(len(cost), dtype=np.int64),
-        bounds=Bounds(np.zeros(len(cost)), most),
-        constraints=LinearConstraint(matrix, np.array(least), np.inf),
-        options={"node_limit": NODE_LIMIT, "mip_rel_gap": 1e-9},
-    )
-    taken = most if result.x is None else result.x
-    for face in range(count):
-        gone[face] = taken[column[stands_for[face]]] > 0.5
-    return gone
-
-
 def _trees(
-    graph: DualGraph, method: str, base_face: int | None, seed: int, budget_s: float
+    graph: DualGraph, method: str, bases: list[tuple[int, TreeName]], seed: int, budget_s: float
 ) -> Iterator[tuple[FlatLayout, int]]:
     """Layouts to thin out, with the work that went into each, base by base."""
-    if graph.is_tree:
-        only = np.ones(len(graph.faces), dtype=np.bool_)
-        bases = range(len(graph.goal.faces)) if base_face is None else [base_face]
-        for base in bases[:: max(1, len(bases) // 50)]:
-            yield FlatLayout(graph, only, base), 0
-        return
-    ranked = [rank.face for rank in rank_bases(graph, BASES_TRIED, seed=seed)]
-    for base in ranked if base_face is None else [base_face]:
+    for base in dict.fromkeys(face for face, _ in bases):
+        if graph.is_tree:
+            yield FlatLayout(graph, np.ones(len(graph.faces), dtype=np.bool_), base), 0
+            continue
         if method != "nb":
             attempt = net_method(method)(graph, base, seed, budget_s)
             yield attempt.layout, attempt.work
@@ -187,9 +143,10 @@ def _trees(
 def _added_again(layout: FlatLayout, gone: NDArray[np.bool_]) -> dict[int, int]:
     """Missing faces that fit beside one that is there, largest first: face → the edge that joins it."""
     graph, corners = layout.graph, layout.corners
+    closed = np.zeros(len(gone), dtype=np.bool_) if layout.free_edges() else layout.depth == 0
     present = ~gone
     missing = np.flatnonzero(gone)
-    missing = missing[np.argsort(-_areas(graph)[missing].round(9), kind="stable")]
+    missing = missing[np.argsort(-face_areas(graph)[missing].round(9), kind="stable")]
     added: dict[int, int] = {}
     again = True
     while again:
@@ -197,7 +154,7 @@ def _added_again(layout: FlatLayout, gone: NDArray[np.bool_]) -> dict[int, int]:
         for face in missing.tolist():
             for edge in graph.face_edges[face].tolist() if not present[face] else []:
                 other = int(graph.faces[edge].sum()) - face if edge >= 0 else -1
-                if other < 0 or not present[other]:
+                if other < 0 or not present[other] or closed[other]:
                     continue
                 laid = _laid_beside(graph, corners[other], face, edge)
                 if _is_free(laid, corners[present]):
@@ -245,23 +202,18 @@ def _rest(layout: FlatLayout, gone: NDArray[np.bool_], added: dict[int, int]) ->
 
 
 def _lighter(
-    goal: GoalMesh,
-    best: _Thinned,
-    areas: NDArray[np.float64],
-    base_face: int | None,
-    seed: int,
-    budget: float,
+    best: _Thinned, ranked: list[tuple[int, TreeName]], areas: NDArray[np.float64], seed: int, budget: float
 ) -> _Thinned:
     """Look for a choice with less area than ``best``: one face less, or another single face.
 
     Args:
-        goal: the whole goal.
         best: what was found so far.
+        ranked: bases of the whole goal with the tree to start from, best first.
         areas: (F,) of the goal's faces, mm².
-        base_face: the face that has to be the base, None: any.
         seed: of the search.
         budget: faces tested for overlap that may be spent.
     """
+    goal = best.layout.graph.goal.original
     single = np.argsort(areas.round(9), kind="stable").tolist()
     tried: set[tuple[int, ...]] = set()
     while True:
@@ -271,12 +223,13 @@ def _lighter(
         lighter += [(face,) for face in single if areas[face] < best.area - 1e-6]
         better = None
         for choice in lighter:
-            if not choice or choice in tried or base_face in choice:
+            bases = [rank for rank in ranked if rank[0] not in choice][:REFINED_BASES]
+            if not choice or choice in tried or not bases:
                 continue
             if budget <= 0.0:
                 return best
             tried.add(choice)
-            better, work = _with_choice(goal, choice, areas, base_face, seed, budget)
+            better, work = _with_choice(goal, choice, bases, areas, seed, budget)
             budget -= work
             if better is not None:
                 best = better
@@ -288,22 +241,18 @@ def _lighter(
 def _with_choice(
     goal: GoalMesh,
     choice: tuple[int, ...],
+    bases: list[tuple[int, TreeName]],
     areas: NDArray[np.float64],
-    base_face: int | None,
     seed: int,
     budget: float,
 ) -> tuple[_Thinned | None, int]:
     """The nearly-blooming search with exactly the faces of ``choice`` missing, and the work it was."""
     graph = DualGraph(goal.without(choice))
+    work = SET_UP_WORK * len(graph.goal.faces)
     if graph.pieces > 1 or graph.is_tree:
-        return None, len(graph.goal.faces)
-    if base_face is None:
-        bases = [(rank.face, rank.tree) for rank in rank_bases(graph, 2, seed=seed, sample=40)]
-    else:
-        new = int(np.searchsorted(graph.goal.faces_goal, base_face))
-        bases = [(new, tree) for tree in BLOOMING_TREES[:2]]
-    work = len(graph.goal.faces)
-    for base, tree in bases:
+        return None, work
+    for face, tree in bases:
+        base = int(np.searchsorted(graph.goal.faces_goal, face))
         attempt = nearly_blooming(
             graph, base, tree=tree, seed=seed, budget_s=budget / WORK_PER_SECOND, cut_panels=graph.has_rings
         )
@@ -311,10 +260,3 @@ def _with_choice(
         if attempt.is_net:
             return _Thinned(attempt.layout, float(areas[list(choice)].sum())), work
     return None, work
-
-
-def _areas(graph: DualGraph) -> NDArray[np.float64]:
-    """(F,) area of every face, mm²."""
-    corners = graph.flat_corners
-    area: NDArray[np.float64] = 0.5 * corners[:, 1, 0] * corners[:, 2, 1]
-    return area
