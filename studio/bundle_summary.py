@@ -61,6 +61,7 @@ def bundle_summary(ws: Workspace, replay: str = "") -> Summary:
             "passes": ws.process.passes,
             "seconds": ws.job.seconds if "job.json" in manifest.files else ws.process.seconds,
             "energy_j": ws.process.energy_j,
+            "pattern": dict(manifest.process.get("pattern", {})),
         }
     validation = validation_values(ws)
     if validation is not None:

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from studio.exit_codes import DONE, NO
 from studio.flags import (
     Base,
+    BendFlags,
     Budget,
     Force,
     Json,
@@ -49,6 +50,7 @@ def make(
     read: MeshFlags = MeshFlags(),  # noqa: B008  frozen
     base: Base = None,
     tilt: Tilt = None,
+    bend: BendFlags = BendFlags(),  # noqa: B008  frozen
     seed: Seed = 0,
     budget: Budget = None,
     without: Without = [],  # noqa: B006  never changed
@@ -75,7 +77,13 @@ def make(
         read.options(mesh),
         NetOptions(base=base, seed=seed, budget_s=budget),
         PlanOptions(
-            tilt_deg=tilt, seed=seed, budget_s=budget, without=tuple(without), fixed_base=base is not None
+            tilt_deg=tilt,
+            seed=seed,
+            budget_s=budget,
+            without=tuple(without),
+            fixed_base=base is not None,
+            bend_allowance=bend.bend_allowance == "on",
+            relief=bend.relief,
         ),
         machine.options(),
         force=force,

@@ -11,6 +11,7 @@ from studio.errors import UsageError
 from studio.exit_codes import DONE
 from studio.flags import (
     Base,
+    BendFlags,
     Budget,
     Bundle,
     Force,
@@ -80,6 +81,7 @@ def plan(
     *,
     planner: Annotated[str, Parameter(metavar="NAME", help="fp, the fold planner.")] = "fp",
     tilt: Tilt = None,
+    bend: BendFlags = BendFlags(),  # noqa: B008  frozen
     seed: Annotated[
         int | None, Parameter(metavar="N", help="Seed of every random choice [of the net].")
     ] = None,
@@ -105,6 +107,7 @@ def plan(
             planner=planner, tilt_deg=tilt, seed=ws.manifest.seed if seed is None else seed, budget_s=budget,
             without=tuple(without), fixed_base=chosen.get("base") is not None,
             keep_net=chosen.get("method", "nb") != "nb",
+            bend_allowance=bend.bend_allowance == "on", relief=bend.relief,
         )  # fmt: skip
         plan_stage(ws, options)
 

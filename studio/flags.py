@@ -97,6 +97,24 @@ class MeshFlags:
 
 @Parameter(name="*")
 @dataclass(frozen=True)
+class BendFlags:
+    """How bends are allowed for in the flat sheet."""
+
+    bend_allowance: Annotated[
+        Literal["on", "off"],
+        Parameter(
+            metavar="on|off",
+            help="Move the faces in the flat so that bends of a radius give the goal's size.",
+        ),
+    ] = "on"
+    relief: Annotated[
+        str,
+        Parameter(metavar="auto|off|MM", help="Holes where creases meet: usual, none, or their radius."),
+    ] = "auto"
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
 class MachineFlags:
     """Machine and sheet."""
 

@@ -75,6 +75,8 @@ class PlanOptions:
         without: rules that are switched off.
         keep_net: fold the net as it is, try no other.
         fixed_base: keep the base face of the net.
+        bend_allowance: move the faces in the flat for the radius of the bends.
+        relief: holes where creases meet: ``auto``, ``off`` or their radius in mm.
     """
 
     planner: str = "fp"
@@ -84,6 +86,8 @@ class PlanOptions:
     without: tuple[str, ...] = ()
     keep_net: bool = False
     fixed_base: bool = False
+    bend_allowance: bool = True
+    relief: str = "auto"
 
 
 def parameters(options: MeshOptions | NetOptions | PlanOptions) -> dict[str, Any]:

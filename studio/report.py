@@ -26,6 +26,7 @@ LEGEND = (
     ("valley fold", _LINE.format("#0072b2", 2, "6 4")),
     ("mountain fold", _LINE.format("#d55e00", 2, "9 3 2 3")),
     ("cut", _LINE.format("#1b2430", 1.3, "none")),
+    ("relief hole", _LINE.format("#cc79a7", 3, "none")),
     ("flat joint", _LINE.format("#8b95a3", 1, "none")),
     ("blocked crease", _LINE.format("#b3005e", 4, "none")),
     ("tab", _LINE.format("#009e73", 5, "none")),
@@ -116,6 +117,9 @@ def _figures(summary: Summary) -> str:
     rows.append(("blocked", str(len(summary.blocked)), "crease" if len(summary.blocked) == 1 else "creases"))
     rows.append(("rotations", str(summary.rotations), ""))
     rows.append(("clipped sheet", f"{summary.clipped_area_mm2:.0f}", "mm²"))
+    if summary.pattern:
+        shift, saved = (summary.pattern.get(f"{k}_mm", 0.0) for k in ("largest_shift", "shape_rms_without"))
+        rows.append(("moved for bends", f"{shift:.2f}", f"mm at most, {saved:.3f} mm rms off without"))
     if summary.passes is not None:
         rows.append(("laser passes", str(summary.passes), ""))
     if summary.seconds is not None:

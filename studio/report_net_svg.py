@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.fold_plan import Bend, Clip, FoldPlan
+from planner.fold_plan import Bend, Clip, Cut, FoldPlan
+from planner.relief import is_relief
 
 __all__ = ["net_svg"]
 
@@ -22,8 +23,8 @@ def net_svg(plan: FoldPlan) -> str:
     """An ``<svg>`` element in sheet coordinates (mm, y up drawn upwards).
 
     Classes: ``sheet``, ``frame``, ``clip``, ``face``, ``base``, ``cut``, ``valley``, ``mountain``, ``joint``,
-    ``tab``, ``axis``; creases that stay blocked also have ``blocked``. Faces carry ``data-face``, creases
-    ``data-crease``.
+    ``relief``, ``tab``, ``axis``; creases that stay blocked also have ``blocked``. Faces carry ``data-face``,
+    creases ``data-crease``.
     """
     net, sheet = plan.net, plan.sheet
     low, high = sheet.outline.min(axis=0) - 3.0, sheet.outline.max(axis=0) + 3.0
@@ -59,6 +60,8 @@ def net_svg(plan: FoldPlan) -> str:
                 f'x2="{_number(b[0])}" y2="{_number(-b[1])}"/>'
             )
         out.append("</g>")
+    holes = [p for s in plan.steps if isinstance(s, Cut) and is_relief(s) for p in s.paths]
+    out.append(f'<path class="relief" d="{"".join(f"M{_points(np.array(path))}" for path in holes)}"/>')
     out.append('<g class="tab">')
     for tab in sheet.tabs:
         (ax, ay), (bx, by) = tab.start, tab.end

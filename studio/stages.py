@@ -5,13 +5,19 @@ from __future__ import annotations
 import difflib
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from studio.errors import UsageError
 from studio.manifest import file_sha256
 from studio.options import MachineOptions, MeshOptions, NetOptions, PlanOptions, parameters
 from studio.workspace import Workspace
 
+if TYPE_CHECKING:
+    from planner.fold_plan import MachineLimits
+
 __all__ = ["job_stage", "net_stage", "plan_stage", "report_stage", "validate_stage"]
+
+_LARGEST_RELIEF_MM = 5.0
 
 PLANNERS = ("fp",)
 """Planners that ``--planner`` may name."""
@@ -72,6 +78,7 @@ def plan_stage(ws: Workspace, options: PlanOptions) -> None:
         UsageError: if an option asks for what the rig cannot do.
     """
     from planner.fold_file import write_fold
+    from planner.pattern_check import pattern_figures
     from planner.plan_file import read_plan, write_plan
     from planner.plan_folds import plan_folds
     from planner.sheet_dxf import write_sheet_dxf
@@ -85,6 +92,7 @@ def plan_stage(ws: Workspace, options: PlanOptions) -> None:
         if not 0.0 <= options.tilt_deg <= most + 1e-9:
             raise UsageError(f"--tilt {options.tilt_deg:g}: rig {ws.rig.name} tilts by 0 to {most:g} degrees")
         limits = replace(limits, max_tilt_rad=math.radians(options.tilt_deg))
+    limits = bend_limits(limits, options)
     compile_kernels(ws)
     with ws.progress.stage("plan", "planning the folds"):
         plan = plan_folds(
@@ -102,9 +110,30 @@ def plan_stage(ws: Workspace, options: PlanOptions) -> None:
         write_sheet_dxf(plan, ws.path("sheet.dxf"))
     ws.manifest.seed = options.seed
     ws.manifest.parameters["plan"] = parameters(options)
-    ws.manifest.process = {"sha256": process.sha256}
+    ws.manifest.process = {"sha256": process.sha256, "pattern": pattern_figures(plan).to_values()}
     ws.record("plan", "plan.json", "sheet.svg", "sheet.dxf")
     ws.process = process
+
+
+def bend_limits(limits: MachineLimits, options: PlanOptions) -> MachineLimits:
+    """``limits`` with the bend allowance and the relief holes that the user wants.
+
+    Raises:
+        UsageError: if ``--relief`` is neither ``auto``, ``off`` nor a radius.
+    """
+    if not options.bend_allowance:
+        limits = replace(limits, bend_width=0.0, neutral_shift=0.0)
+    if options.relief == "auto":
+        return limits
+    try:
+        radius = 0.0 if options.relief == "off" else float(options.relief)
+    except ValueError:
+        radius = math.nan
+    if not 0.0 <= radius <= _LARGEST_RELIEF_MM:
+        raise UsageError(
+            f"--relief {options.relief}: expected auto, off, or a radius from 0 to {_LARGEST_RELIEF_MM:g} mm"
+        )
+    return replace(limits, relief_mm=radius)
 
 
 def validate_stage(ws: Workspace) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, TextIO
 
 from studio.progress import duration_text
@@ -40,6 +40,7 @@ class Summary:
         material: name of the material.
         thickness_mm: of the sheet.
         without: rules that were switched off.
+        pattern: what bend allowance and kerf change, in mm; empty before there is a plan.
         replay: what the last replay came to, in words.
         notices: what the user should know.
     """
@@ -68,6 +69,7 @@ class Summary:
     material: str = ""
     thickness_mm: float = 0.0
     without: tuple[str, ...] = ()
+    pattern: dict[str, float] = field(default_factory=dict)
     replay: str = ""
     notices: tuple[str, ...] = ()
 
@@ -94,6 +96,15 @@ class Summary:
             return "nothing of the sheet"
         pieces = "1 piece" if self.clipped_faces == 1 else f"{self.clipped_faces} pieces"
         return f"{pieces} of the sheet, {self.clipped_area_mm2:.0f} mm²"
+
+    def bends(self) -> str:
+        """What is done in the flat for the radius of the bends, in words."""
+        if not self.pattern.get("largest_shift_mm"):
+            return "taken as sharp, nothing is moved in the flat"
+        return (
+            f"faces moved by up to {self.pattern['largest_shift_mm']:.2f} mm in the flat; "
+            f"{self.pattern['shape_rms_without_mm']:.3f} mm rms off the shape without"
+        )
 
     def with_notice(self, notice: str) -> Summary:
         """A copy with one more notice."""
@@ -124,6 +135,8 @@ class Summary:
             ]
         if self.material:
             rows.append(("sheet", f"{self.thickness_mm:g} mm {self.material} on {self.rig}"))
+        if self.pattern:
+            rows.append(("bends", self.bends()))
         if self.passes is not None:
             rows.append(("passes", str(self.passes)))
         if self.seconds is not None:
