@@ -30,6 +30,8 @@ class TreeGrower:
     Attributes:
         graph: the dual graph.
         arrays: the arrays in which trees are grown; ``arrays.edge[:, TREE]`` holds the last one.
+        rank: (M,) 0 for the flat forest, which every tree keeps, 1 for the other edges.
+        tie: (M,) place of every edge among equals: longer edges first, then lower numbers.
     """
 
     def __init__(self, graph: DualGraph) -> None:
@@ -38,11 +40,11 @@ class TreeGrower:
         self.arrays = graph_arrays(graph)
         edges = np.arange(len(graph.faces))
         length = graph.length.round(TIE_DIGITS)
-        self._tie = np.empty(len(edges), dtype=np.int64)
-        self._tie[np.lexsort((edges, -length))] = edges
+        self.tie = np.empty(len(edges), dtype=np.int64)
+        self.tie[np.lexsort((edges, -length))] = edges
         self._fold = np.where(graph.flat, 0.0, 1.0)
         self._distance = _face_distance(graph).round(TIE_DIGITS)
-        self._rank = np.where(graph.flat_forest, 0, 1).astype(np.int64)
+        self.rank = np.where(graph.flat_forest, 0, 1).astype(np.int64)
         # ends of every edge, both ways, for the steepest-edge rule
         self._from = graph.vertices.T.ravel()
         self._edge = np.tile(edges, 2)
@@ -62,26 +64,29 @@ class TreeGrower:
         if not 0 <= base < count:
             raise NetError(f"base face {base} does not exist: the goal has faces 0 to {count - 1}")
         if name == "steepest":
-            rank = self._rank.copy()
+            rank = self.rank.copy()
             rank[self.steepest_cuts(base) & (rank > 0)] = 2
             return self.grow(rank, self._fold, base, adding=True)
         if name == "bfs":
-            return self.grow(self._rank, self._fold, base, adding=True)
+            return self.grow(self.rank, self._fold, base, adding=True)
         if name == "dijkstra":
-            return self.grow(self._rank, self._distance, base, adding=True)
+            return self.grow(self.rank, self._distance, base, adding=True)
         raise NetError(f"unknown blooming tree {name!r}; choose one of {', '.join(BLOOMING_TREES)}")
 
     def weighted(self, weight: NDArray[np.float64], base: int = 0) -> NDArray[np.bool_]:
         """(M,) the minimum spanning tree for ``weight``; see ``weighted_tree``."""
-        return self.grow(self._rank, np.asarray(weight, dtype=np.float64), base, adding=False)
+        return self.grow(self.rank, np.asarray(weight, dtype=np.float64), base, adding=False)
 
     def steepest_cuts(self, base: int) -> NDArray[np.bool_]:
-        """(M,) edges that the steepest-edge rule cuts for ``base``.
+        """(M,) edges that the steepest-edge rule cuts for ``base``: along its normal, downwards."""
+        return self.steepest_cuts_along(-self.graph.goal.face_normals[base])
 
-        The vertex farthest from the base does not cut, nor do vertices of the goal's boundary: they are open.
+    def steepest_cuts_along(self, direction: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """(M,) edges that the steepest-edge rule cuts: each vertex the one nearest to ``direction`` (3,).
+
+        The vertex farthest along it does not cut, nor do vertices of the goal's boundary: they are open.
         """
-        goal = self.graph.goal
-        down = -goal.face_normals[base]
+        goal, down = self.graph.goal, direction
         slope = (self._unit @ down).round(TIE_DIGITS)[self._by_vertex]
         steepest = np.maximum.reduceat(slope, self._first) if len(slope) else slope
         owner = np.repeat(np.arange(len(self._first)), np.diff([*self._first.tolist(), len(slope)]))
@@ -101,7 +106,7 @@ class TreeGrower:
         Raises:
             NetError: if the goal is not one piece.
         """
-        count = grow_tree(self.arrays, rank, np.ascontiguousarray(cost), self._tie, int(base), adding)
+        count = grow_tree(self.arrays, rank, np.ascontiguousarray(cost), self.tie, int(base), adding)
         if count != len(self.graph.goal.faces) - 1:
             raise NetError(
                 f"{self.graph.goal.name}: the faces are not one piece but {self.graph.pieces}; "
