@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner.base_faces import SAMPLE_ABOVE, rank_bases
 from planner.blooming_trees import BLOOMING_TREES
@@ -16,6 +15,7 @@ from planner.goal_mesh import GoalMesh
 from planner.nearly_blooming import DEFAULT_BUDGET_S, WORK_PER_SECOND, NetAttempt, nearly_blooming
 from planner.net import Net
 from planner.net_methods import attempt_order, net_method
+from planner.no_net import check_only_pattern, no_net_error
 
 __all__ = ["make_net", "starting_layouts"]
 
@@ -24,9 +24,6 @@ BASES_TRIED = 6
 
 RANKING_SIZE = 300_000
 """Panels ranked as bases, times faces: 300 panels of a goal with 1000 faces."""
-
-PAIRS_NAMED = 6
-"""Overlapping pairs that a message names."""
 
 
 def make_net(
@@ -61,7 +58,7 @@ def make_net(
             "joins; fold each piece by itself"
         )
     if graph.is_tree:
-        _check_only_pattern(graph)
+        check_only_pattern(graph)
     budget = DEFAULT_BUDGET_S if budget_s is None else budget_s
     best: NetAttempt | None = None
     found, tried = 0, 0
@@ -76,7 +73,10 @@ def make_net(
         if (best.is_net and best.roomy and found >= enough) or budget <= 0.0:
             break
     if best is None or not best.is_net:
-        raise _no_net(graph, best, method, tried, base_face, seed)
+        raise no_net_error(
+            graph, best, method=method, tried=tried, base_face=base_face, seed=seed,
+            budget_s=DEFAULT_BUDGET_S if budget_s is None else budget_s, left_s=budget,
+        )  # fmt: skip
     return best.to_net(method)
 
 
@@ -128,56 +128,3 @@ def _bases(graph: DualGraph, base_face: int | None, seed: int) -> Iterator[int]:
 def _sample(graph: DualGraph) -> int:
     """How many panels to rank as bases."""
     return min(SAMPLE_ABOVE, max(12, RANKING_SIZE // len(graph.goal.faces)))
-
-
-def _check_only_pattern(graph: DualGraph) -> None:
-    """Refuse a goal whose only flat pattern overlaps.
-
-    Raises:
-        NetError: with the overlapping faces.
-    """
-    only = FlatLayout(graph, np.ones(len(graph.faces), dtype=np.bool_), 0, hold_base=False)
-    if only.overlaps:
-        pairs = only.overlapping_pairs()
-        raise NetError(
-            f"{graph.goal.name} is not formable from one sheet: each of its {len(graph.faces)} inner edges "
-            f"has to be a crease, so it has one flat pattern only. There {_name_pairs(pairs)}. Change the "
-            "shape, or cut the mesh into parts that are folded separately",
-            _faces_of(pairs),
-        )
-
-
-def _no_net(
-    graph: DualGraph, best: NetAttempt | None, method: str, tried: int, base_face: int | None, seed: int
-) -> NetError:
-    """The error to raise when the method found no net."""
-    name = graph.goal.name
-    if best is None or not len(best.overlapping):
-        where = f"base face {base_face}" if base_face is not None else f"any of {tried} base faces"
-        return NetError(
-            f"{name}: with {where} every long enough side of the base is a crease, so no tab can hold it; "
-            "choose another base face (--base)"
-        )
-    bases = f"base face {base_face}" if base_face is not None else f"{tried} base faces"
-    cure = (
-        "Try --method nb, which removes overlaps"
-        if method != "nb"
-        else "Try another --base, another --seed or a larger --budget, or coarsen the mesh with --faces"
-    )
-    return NetError(
-        f"{name} is not formable from one sheet, as far as was tried: method {method!r} with {bases}, "
-        f"seed {seed}. In the best net {_name_pairs(best.overlapping)}. {cure}",
-        _faces_of(best.overlapping),
-    )
-
-
-def _faces_of(pairs: NDArray[np.int64]) -> tuple[int, ...]:
-    """The faces that occur in pairs, ascending."""
-    return tuple(np.unique(pairs).tolist())
-
-
-def _name_pairs(pairs: NDArray[np.int64]) -> str:
-    """Words that name the first pairs of overlapping faces."""
-    shown = ", ".join(f"{a} on {b}" for a, b in pairs[:PAIRS_NAMED].tolist())
-    more = f" and {len(pairs) - PAIRS_NAMED} more pairs" if len(pairs) > PAIRS_NAMED else ""
-    return f"faces overlap ({shown}{more})"

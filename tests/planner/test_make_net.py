@@ -128,7 +128,7 @@ def test_goal_with_one_overlapping_pattern_only() -> None:
 def test_plain_trees_that_overlap_say_so() -> None:
     goal = rough_ball(80, 5, 0.7)
     with pytest.raises(
-        NetError, match=r"method 'bfs' with base face 3.*faces overlap.*Try --method nb"
+        NetError, match=r"method 'bfs' with base face 3.*faces overlap.*use --method nb"
     ) as caught:
         make_net(goal, method="bfs", base_face=3)
     assert len(caught.value.faces) >= 2
