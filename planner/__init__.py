@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from planner.base_faces import BaseRank as BaseRank
     from planner.base_faces import rank_bases as rank_bases
     from planner.blooming_trees import blooming_tree as blooming_tree
+    from planner.contact_certificate import certify_contact as certify_contact
     from planner.dual_graph import DualGraph as DualGraph
     from planner.errors import FormatError as FormatError
     from planner.errors import MeshError as MeshError
@@ -62,6 +63,7 @@ _MODULES = {
     "PlannerError": "planner.errors",
     "Sheet": "planner.fold_plan",
     "blooming_tree": "planner.blooming_trees",
+    "certify_contact": "planner.contact_certificate",
     "describe_mesh": "planner.mesh_facts",
     "folded_triangles": "planner.kinematics",
     "make_net": "planner.make_net",

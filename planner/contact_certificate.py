@@ -6,6 +6,7 @@ The proof replays the folds from the plan alone and shares no code with the sear
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -123,7 +124,7 @@ class ContactCertificate:
         if self.free_turns:
             free = min(turn.margin_mm for turn in self.turns if turn.is_free)
             text += (
-                f", at least {free:.2g} mm apart"
+                f", at least {_two_digits(free)} mm apart"
                 if free < ENOUGH_MM
                 else f", more than {ENOUGH_MM:g} mm apart"
             )
@@ -140,6 +141,14 @@ class ContactCertificate:
                 f"({pair.kind}, from {np.degrees(pair.from_rad):.2f} degrees)"
             )
         return text
+
+
+def _two_digits(length_mm: float) -> str:
+    """A length rounded down to two digits that count."""
+    if length_mm <= 0.0:
+        return "0"
+    unit = 10.0 ** (math.floor(math.log10(length_mm)) - 1)
+    return f"{math.floor(length_mm / unit) * unit:.2g}"
 
 
 def certify_contact(plan: FoldPlan) -> ContactCertificate:

@@ -35,14 +35,15 @@ def write_contact(
 def contact_bytes(certificate: ContactCertificate, hashes: Mapping[str, str]) -> bytes:
     """The content of ``contact.json``: the same bytes for the same certificate and hashes.
 
-    Intervals and planes are not written: whoever doubts them proves the plan again, which takes no longer than
-    reading them would.
+    Intervals and planes are not written: whoever doubts them proves the plan again, which takes no longer
+    than reading them would.
     """
     document = {
         "format": FORMAT,
         "version": VERSION,
         "net_sha256": hashes.get("net", ""),
         "plan_sha256": hashes.get("plan", ""),
+        "summary": certificate.words(),
         "turns": len(certificate.turns),
         "free": certificate.free_turns,
         "proven": certificate.is_proven,

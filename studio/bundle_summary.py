@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from studio.contact_stage import contact_words
 from studio.report_validation import event_text
 from studio.summary import Summary
 from studio.words import blocked_values
@@ -57,6 +58,7 @@ def bundle_summary(ws: Workspace, replay: str = "") -> Summary:
             "clipped_faces": metrics.clipped_faces,
             "clipped_area_mm2": metrics.clipped_area,
             "without": plan.without,
+            "contact": contact_words(ws),
             "notices": (*ws.goal.notices, *plan.notices, *ws.process.flags),
             "passes": ws.process.passes,
             "seconds": ws.job.seconds if "job.json" in manifest.files else ws.process.seconds,

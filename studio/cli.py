@@ -12,7 +12,7 @@ from types import FrameType
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
-from studio import commands_lists, commands_make, commands_stages
+from studio import commands_certify, commands_lists, commands_make, commands_stages
 from studio.exit_codes import BAD_INPUT, exit_code_of
 from studio.messages import error_text
 
@@ -48,7 +48,8 @@ app = App(
 )  # fmt: skip
 for _command in (
     commands_make.make, commands_lists.check, commands_stages.net, commands_stages.plan,
-    commands_stages.validate, commands_stages.job, commands_stages.replay, commands_stages.report,
+    commands_certify.certify, commands_stages.validate, commands_stages.job, commands_stages.replay,
+    commands_stages.report,
     commands_lists.rigs, commands_lists.materials, commands_make.demo,
 ):  # fmt: skip
     _help, _epilogue = _help_texts(_command)

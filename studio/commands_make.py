@@ -12,6 +12,7 @@ from studio.flags import (
     Base,
     BendFlags,
     Budget,
+    Certify,
     Force,
     Json,
     MachineFlags,
@@ -54,6 +55,7 @@ def make(
     seed: Seed = 0,
     budget: Budget = None,
     without: Without = [],  # noqa: B006  never changed
+    certify: Certify = False,
     json: Json = False,
     quiet: Quiet = False,
     force: Force = False,
@@ -84,6 +86,7 @@ def make(
             fixed_base=base is not None,
             bend_allowance=bend.bend_allowance == "on",
             relief=bend.relief,
+            certify=certify,
         ),
         machine.options(),
         force=force,

@@ -14,6 +14,7 @@ from studio.flags import (
     BendFlags,
     Budget,
     Bundle,
+    Certify,
     Force,
     Json,
     MachineFlags,
@@ -87,6 +88,7 @@ def plan(
     ] = None,
     budget: Budget = None,
     without: Without = [],  # noqa: B006  never changed
+    certify: Certify = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
@@ -108,6 +110,7 @@ def plan(
             without=tuple(without), fixed_base=chosen.get("base") is not None,
             keep_net=chosen.get("method", "nb") != "nb",
             bend_allowance=bend.bend_allowance == "on", relief=bend.relief,
+            certify=certify,
         )  # fmt: skip
         plan_stage(ws, options)
 

@@ -12,8 +12,8 @@ from cyclopts import Parameter
 from studio.options import DEFAULT_MATERIAL, DEFAULT_RIG, MachineOptions, MeshOptions
 
 __all__ = [
-    "Base", "Budget", "Bundle", "Force", "Json", "MachineFlags", "Mesh", "MeshFlags", "Output", "Quiet",
-    "Rule", "Seed", "Tilt", "Without",
+    "Base", "Budget", "Bundle", "Certify", "Force", "Json", "MachineFlags", "Mesh", "MeshFlags", "Output",
+    "Quiet", "Rule", "Seed", "Tilt", "Without",
 ]  # fmt: skip
 
 Rule = Literal["outside-in", "side", "sight", "contact", "substrate", "held", "clearance"]
@@ -66,6 +66,13 @@ Without = Annotated[
         consume_multiple=True,
         show_default=False,
         help="Switch rules off for a study; the output says so.",
+    ),
+]
+Certify = Annotated[
+    bool,
+    Parameter(
+        show_default=False,
+        help="Prove every turn free of contact; writes contact.json.",
     ),
 ]
 Json = Annotated[bool, Parameter(name="--json", show_default=False, help="Print one JSON object.")]

@@ -77,6 +77,7 @@ class PlanOptions:
         fixed_base: keep the base face of the net.
         bend_allowance: move the faces in the flat for the radius of the bends.
         relief: holes where creases meet: ``auto``, ``off`` or their radius in mm.
+        certify: prove every turn free of contact.
     """
 
     planner: str = "fp"
@@ -88,6 +89,7 @@ class PlanOptions:
     fixed_base: bool = False
     bend_allowance: bool = True
     relief: str = "auto"
+    certify: bool = False
 
 
 def parameters(options: MeshOptions | NetOptions | PlanOptions) -> dict[str, Any]:

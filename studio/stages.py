@@ -7,6 +7,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from studio.contact_stage import record_contact
 from studio.errors import UsageError
 from studio.manifest import file_sha256
 from studio.options import MachineOptions, MeshOptions, NetOptions, PlanOptions, parameters
@@ -112,6 +113,7 @@ def plan_stage(ws: Workspace, options: PlanOptions) -> None:
     ws.manifest.parameters["plan"] = parameters(options)
     ws.manifest.process = {"sha256": process.sha256, "pattern": pattern_figures(plan).to_values()}
     ws.record("plan", "plan.json", "sheet.svg", "sheet.dxf")
+    record_contact(ws, wanted=options.certify)
     ws.process = process
 
 

@@ -34,6 +34,7 @@ class Summary:
         passes: laser passes.
         seconds: machine time.
         energy_j: laser energy.
+        contact: what is proven of the turns, in words; empty if no proof was asked for.
         verdict: of the validation, or ``not validated``.
         reason: why the verdict is no, in words.
         rig: name of the machine.
@@ -63,6 +64,7 @@ class Summary:
     passes: int | None = None
     seconds: float | None = None
     energy_j: float | None = None
+    contact: str = ""
     verdict: str = "not validated"
     reason: str = ""
     rig: str = ""
@@ -145,6 +147,8 @@ class Summary:
             rows.append(("energy", f"{self.energy_j:.0f} J"))
         if self.without:
             rows.append(("switched off", ", ".join(self.without)))
+        if self.contact:
+            rows.append(("contact", self.contact))
         if self.replay:
             rows.append(("replay", self.replay))
         if self.planned:

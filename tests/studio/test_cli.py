@@ -22,6 +22,7 @@ COMMANDS = (
     "check",
     "net",
     "plan",
+    "certify",
     "validate",
     "job",
     "replay",
