@@ -12,6 +12,7 @@ from planner.fold_plan import Clip, Cut, FoldPlan, Polyline
 from planner.held_check import check_held
 from planner.kinematics import folded_triangles
 from planner.metal_pieces import NOWHERE, incentres, metal_left, piece_of
+from planner.net import Net
 from planner.net_region import LEAST_KERF_MM
 from planner.pattern import Pattern, pattern_of
 from planner.placement import GAP_MM
@@ -118,31 +119,65 @@ def pattern_faults(plan: FoldPlan, pattern: Pattern) -> list[str]:
 
 
 def pattern_overlap(pattern: Pattern) -> float:
-    """How deep two moved faces lie over each other at most, mm; faces that share a corner do not count.
+    """How deep two moved faces lie over each other at most, mm.
+
+    The two panels at a crease lie over each other by its deduction on purpose; only what is more counts.
+    Nor does an overlap count that stays in a corner which both share, nearer than four times what they move
+    against each other: their bends meet there.
 
     The depth is the least way by which two triangles must be moved apart. Source: separating axes; for convex
     shapes the least way is along the normal of a side.
     """
     import shapely
 
-    triangles = pattern.triangles
+    net, triangles, shifts = pattern.net, pattern.triangles, pattern.shifts
     polygons = shapely.polygons(triangles)
     left, right = shapely.STRtree(polygons).query(polygons, predicate="intersects")
-    corners = pattern.net.faces
-    apart = ~(corners[left][:, :, None] == corners[right][:, None, :]).any(axis=(1, 2))
-    keep = (left < right) & apart
-    if not keep.any():
+    pairs = np.column_stack([left, right])[left < right]
+    if not len(pairs):
         return 0.0
-    a, b = triangles[left[keep]], triangles[right[keep]]
-    depth = np.full(len(a), np.inf)
-    for sides in (a, b):
+    against = np.linalg.norm(shifts[pairs[:, 0]] - shifts[pairs[:, 1]], axis=1)
+    panel, above = _panels(net)
+    one, other = panel[pairs].T
+    joined = (one == other) | (above[one] == other) | (above[other] == one)
+    depth = _depth(triangles[pairs[:, 0]], triangles[pairs[:, 1]]) - np.where(joined, against + 1e-9, 0.0)
+    deepest = 0.0
+    for k in np.flatnonzero(depth > 0.0).tolist():
+        f, g = pairs[k].tolist()
+        both = np.intersect1d(net.faces[f], net.faces[g])
+        if len(both):
+            places = net.vertices[both] + 0.5 * (shifts[f] + shifts[g])
+            corner = shapely.MultiPoint(places).buffer(4.0 * against[k] + 1e-6)
+            if corner.covers(polygons[f].intersection(polygons[g])):
+                continue
+        deepest = max(deepest, float(depth[k]))
+    return deepest
+
+
+def _depth(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N,) least way that moves triangles (N, 3, 2) apart, pair by pair; 0 or less where they are."""
+    depth = np.full(len(first), np.inf)
+    for sides in (first, second):
         along = np.roll(sides, -1, axis=1) - sides
         normal = np.stack([along[:, :, 1], -along[:, :, 0]], axis=2)
         normal /= np.linalg.norm(normal, axis=2, keepdims=True)
-        one, other = np.einsum("nkd,ncd->nkc", normal, a), np.einsum("nkd,ncd->nkc", normal, b)
-        first, second = one.max(axis=2) - other.min(axis=2), other.max(axis=2) - one.min(axis=2)
-        depth = np.minimum(depth, np.minimum(first, second).min(axis=1))
-    return float(max(depth.max(), 0.0))
+        one, other = np.einsum("nkd,ncd->nkc", normal, first), np.einsum("nkd,ncd->nkc", normal, second)
+        way = np.minimum(one.max(axis=2) - other.min(axis=2), other.max(axis=2) - one.min(axis=2))
+        depth = np.minimum(depth, way.min(axis=1))
+    return depth
+
+
+def _panels(net: Net) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """(F,) panel of each face, named by its first face; (F,) the panel that such a panel hangs on, or -1."""
+    panel = np.arange(len(net.faces))
+    above = np.full(len(net.faces), -1)
+    for face in net.order[1:].tolist():
+        over = int(panel[net.parent[face]])
+        if net.assignment[net.crease_of[face]] == "F":
+            panel[face] = over
+        else:
+            above[face] = over
+    return panel, above
 
 
 def pattern_figures(plan: FoldPlan, pattern: Pattern | None = None) -> PatternFigures:
