@@ -16,6 +16,7 @@ from planner.dual_graph import DualGraph
 from planner.errors import FormatError
 from planner.goal_mesh import GoalMesh
 from planner.net import Net, NetCertificate
+from planner.net_proof import NetProof
 
 __all__ = ["read_fold", "write_fold"]
 
@@ -58,6 +59,7 @@ def write_fold(net: Net, path: str | os.PathLike[str]) -> None:
             "faces_left_out": certificate.faces_left_out,
             "method": certificate.method,
             "tree": certificate.tree,
+            **({} if certificate.proof is None else {"proof": certificate.proof.to_json()}),
         },
     }
     rows = [f"{json.dumps(key)}: {_dump(value)}" for key, value in data.items()]
@@ -314,9 +316,13 @@ class _Reader:
         words = {key: found.get(key, "") for key in ("method", "tree")}
         if not isinstance(optimal, bool) or any(not isinstance(word, str) for word in words.values()):
             raise self.fail("blossom:certificate", "optimal is true or false, method and tree are words")
+        try:
+            proof = NetProof.from_json(found["proof"]) if "proof" in found else None
+        except ValueError as error:
+            raise self.fail("blossom:certificate", f"proof: {error}") from None
         return NetCertificate(
             numbers["blooming_overlaps"], numbers["edits"], numbers["lower_bound"], optimal,
-            numbers["faces_left_out"], words["method"], words["tree"],
+            numbers["faces_left_out"], words["method"], words["tree"], proof,
         )  # fmt: skip
 
 

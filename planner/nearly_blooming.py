@@ -13,6 +13,7 @@ from planner.blooming_trees import BLOOMING_TREES, TreeGrower, TreeName, bloomin
 from planner.dual_graph import DualGraph
 from planner.flat_layout import FlatLayout
 from planner.net import Net, NetCertificate
+from planner.net_proof import NetProof
 
 __all__ = ["WORK_PER_SECOND", "NetAttempt", "certify", "nearly_blooming", "repair_tree"]
 
@@ -40,6 +41,7 @@ class NetAttempt:
         held: the base panel has a free side for a tab.
         roomy: some free side of the base panel has room for a tab.
         work: faces that were tested for overlap on the way.
+        proof: of the fewest edits that any net needs, if there is one.
     """
 
     layout: FlatLayout
@@ -50,6 +52,7 @@ class NetAttempt:
     held: bool
     roomy: bool
     work: int
+    proof: NetProof | None = None
 
     @property
     def is_net(self) -> bool:
@@ -57,11 +60,12 @@ class NetAttempt:
         return len(self.overlapping) == 0 and self.held
 
     def certificate(self, method: str) -> NetCertificate:
-        """How near to blooming the net is; the bound claims no more than that an overlap needs an edit."""
-        bound = 1 if self.blooming_overlaps else 0
+        """How near to blooming the net is; the bound is that of the proof, else 0."""
+        bound = 0 if self.proof is None else self.proof.bound
         return NetCertificate(
-            self.blooming_overlaps, self.edits, bound, self.edits == bound, method=method, tree=self.tree
-        )
+            self.blooming_overlaps, self.edits, bound, self.edits == bound, method=method, tree=self.tree,
+            proof=self.proof,
+        )  # fmt: skip
 
     def to_net(self, method: str) -> Net:
         """The net with its certificate."""

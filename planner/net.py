@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.goal_mesh import GoalMesh
 from planner.values import content_sha256, frozen_array
+
+if TYPE_CHECKING:
+    from planner.net_proof import NetProof
 
 __all__ = ["FLAT_FOLD_RAD", "Net", "NetCertificate"]
 
@@ -29,6 +33,7 @@ class NetCertificate:
         faces_left_out: goal faces that are missing (always 0 unless the user asked for it).
         method: the method that made the net, e.g. ``"nb"``.
         tree: the blooming tree that it started from, e.g. ``"steepest"``.
+        proof: of ``lower_bound``, None if nothing was proven.
     """
 
     blooming_overlaps: int
@@ -38,6 +43,7 @@ class NetCertificate:
     faces_left_out: int = 0
     method: str = "nb"
     tree: str = "steepest"
+    proof: NetProof | None = None
 
 
 @dataclass(frozen=True, eq=False)
