@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from planner.holding import Hold, hold_base
 from planner.lost_folds import foldable_share
 from planner.net import Net
 
-__all__ = ["plan_on_sheet", "sheet_hits", "tree_of_net"]
+__all__ = ["SheetFold", "fold_on_sheet", "plan_on_sheet", "sheet_hits", "tree_of_net"]
 
 
 def plan_on_sheet(
@@ -42,24 +43,14 @@ def plan_on_sheet(
         PlanError: if the base cannot be held, or the part cannot be turned.
     """
     limits = problem.limits
-    tree = tree_of_net(net)
-    sweeps_sheet = "substrate" not in without
-    bodies = sheet_solids(sheet, limits.thickness)
-    kept = np.flatnonzero(sheet.frame_faces)
-    for _ in range(3):
-        result = problem.fold(tree, obstacles=bodies[kept] if sweeps_sheet else None)
-        folds = fold_steps(net, result)
-        hits = sheet_hits(tree, result, problem, bodies) if sweeps_sheet else {}
-        hit = frozenset(hits) - frozenset(kept.tolist())
-        hold = hold_base(net, sheet, limits, hit)
-        if not hold.needed:
-            break
-        kept = np.union1d(kept, np.array(sorted(hold.tether | hold.needed), dtype=np.int64))
+    folded = fold_on_sheet(net, sheet, problem, without)
+    result, hold, hits, kept = folded.result, folded.hold, folded.hits, folded.kept
     if hold.needed and "held" not in without:
         raise PlanError(
             f"the base face {net.base_face} cannot be held: the folds sweep every way from it to the frame. "
             "Choose another base face (--base)"
         )
+    folds = fold_steps(net, result)
     steps = fabrication_steps(net, sheet, hold, folds, hits)
     plan = FoldPlan(
         net=net,
@@ -75,6 +66,52 @@ def plan_on_sheet(
     )
     _check(plan, without)
     return plan
+
+
+@dataclass(frozen=True, eq=False)
+class SheetFold:
+    """A net folded with its sheet in place.
+
+    Attributes:
+        result: what the fold planner reached.
+        hold: what holds the base; ``hold.needed`` is empty unless it cannot be held.
+        hits: substrate triangle that the folds sweep → number of the first fold that does.
+        kept: (K,) substrate triangles that stay and stood in the way: obstacle k is triangle ``kept[k]``.
+    """
+
+    result: FoldResult
+    hold: Hold
+    hits: dict[int, int]
+    kept: NDArray[np.int64]
+
+
+def fold_on_sheet(
+    net: Net, sheet: Sheet, problem: FoldProblem, without: Collection[str], tree: FlatTree | None = None
+) -> SheetFold:
+    """Fold the placed net around the frame and whatever has to stay so that the base is held.
+
+    Args:
+        net: the net, placed.
+        sheet: the sheet around it; its tabs do not matter.
+        problem: goal, limits and rules.
+        without: rules that are switched off.
+        tree: the net as arrays, if other angles than the goal's are wanted.
+
+    Raises:
+        PlanError: if no free edge of the base panel has sheet beside it.
+    """
+    tree = tree_of_net(net) if tree is None else tree
+    sweeps_sheet = "substrate" not in without
+    bodies = sheet_solids(sheet, problem.limits.thickness)
+    kept = np.flatnonzero(sheet.frame_faces)
+    for _ in range(3):
+        result = problem.fold(tree, obstacles=bodies[kept] if sweeps_sheet else None)
+        hits = sheet_hits(tree, result, problem, bodies) if sweeps_sheet else {}
+        hold = hold_base(net, sheet, problem.limits, frozenset(hits) - frozenset(kept.tolist()))
+        if not hold.needed:
+            break
+        kept = np.union1d(kept, np.array(sorted(hold.tether | hold.needed), dtype=np.int64))
+    return SheetFold(result, hold, hits, kept)
 
 
 def tree_of_net(net: Net) -> FlatTree:
