@@ -7,9 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-import numpy as np
-
-from planner.blooming_trees import BLOOMING_TREES, TreeGrower, TreeName, blooming_tree
+from planner.blooming_trees import BLOOMING_TREES, TreeName, blooming_tree
 from planner.dual_graph import DualGraph
 from planner.errors import NetError
 from planner.nearly_blooming import NetAttempt, nearly_blooming, repair_tree
@@ -54,23 +52,22 @@ def plain_tree(name: TreeName) -> NetMethod:
     return method
 
 
-def random_tree(graph: DualGraph, base: int, seed: int, budget_s: float | None) -> NetAttempt:
-    """Spanning trees for random edge weights until one does not overlap, 100 at most; the best of them."""
-    rng = np.random.default_rng([seed, base])
-    grower = TreeGrower(graph)
+def best_tree(name: str) -> NetMethod:
+    """The best of many trees of one kind; only the hold of the base is seen to. May overlap."""
 
-    def attempt() -> NetAttempt:
-        tree = grower.weighted(rng.random(len(graph.faces)), base)
-        return repair_tree(
-            graph, tree, base, name="random", seed=seed, budget_s=budget_s, remove_overlaps=False
-        )
+    def method(graph: DualGraph, base: int, seed: int, budget_s: float | None) -> NetAttempt:
+        from planner.net_heuristics import WEIGHTS, best_of_many  # kernels of their own
 
-    best = attempt()
-    for _ in range(99):
-        if best.is_net:
-            break
-        best = min(best, attempt(), key=attempt_order)
-    return best
+        return best_of_many(graph, base, WEIGHTS[name], seed=seed, budget_s=budget_s)
+
+    return method
+
+
+def genetic(graph: DualGraph, base: int, seed: int, budget_s: float | None) -> NetAttempt:
+    """The genetic algorithm of the paper's comparison; see ``planner.net_genetic``. May overlap."""
+    from planner.net_genetic import genetic_net  # kernels of its own
+
+    return genetic_net(graph, base, seed, budget_s)
 
 
 NET_METHODS: Mapping[str, NetMethod] = MappingProxyType(
@@ -79,7 +76,11 @@ NET_METHODS: Mapping[str, NetMethod] = MappingProxyType(
         "steepest": plain_tree("steepest"),
         "dijkstra": plain_tree("dijkstra"),
         "bfs": plain_tree("bfs"),
-        "random": random_tree,
+        "steepest-random": best_tree("steepest-random"),
+        "flat-tree": best_tree("flat-tree"),
+        "unflat-tree": best_tree("unflat-tree"),
+        "random": best_tree("random"),
+        "ga": genetic,
     }
 )
 """Name of every method and the method."""
