@@ -8,7 +8,10 @@ from planner.dual_graph import DualGraph
 from planner.goal_mesh import GoalMesh
 from planner.net import Net
 
-__all__ = ["foldable_share", "lost_fold_rad"]
+__all__ = ["foldable_share", "left_out_words", "lost_fold_rad"]
+
+FACES_NAMED = 12
+"""Faces left out that a notice names."""
 
 
 def lost_fold_rad(goal: GoalMesh) -> float:
@@ -49,3 +52,20 @@ def foldable_share(net: Net) -> float:
         return 1.0
     wanted = float(np.abs(net.fold_angle[np.isin(net.assignment, ("V", "M"))]).sum())
     return wanted / (wanted + lost)
+
+
+def left_out_words(goal: GoalMesh) -> str:
+    """What is missing from ``goal``, in one line; empty if nothing is."""
+    missing = goal.left_out
+    if not len(missing):
+        return ""
+    a, b, c = (goal.original.vertices[goal.original.faces[:, k]] for k in range(3))
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    named = ", ".join(map(str, missing[:FACES_NAMED].tolist())) + (" …" if len(missing) > FACES_NAMED else "")
+    which = f"face {named}" if len(missing) == 1 else f"faces {named}"
+    lost, total = float(area[missing].sum()), float(area.sum())
+    return (
+        f"left out on request, because no net with all faces was found: {which} of goal.ply "
+        f"({len(missing)} of {len(area)}, {lost:.3g} mm², {100 * lost / total:.2g} % of the surface); "
+        "they count as not folded, and the shape error is that of the other faces"
+    )

@@ -29,10 +29,14 @@ def validation_values(ws: Workspace) -> dict[str, Any] | None:
 
 def bundle_summary(ws: Workspace, replay: str = "") -> Summary:
     """The figures of whatever stages have run."""
+    from planner.lost_folds import left_out_words
+
     manifest = ws.manifest
     planned = "plan.json" in manifest.files
     net = ws.plan.net if planned else ws.net
     certificate = net.certificate
+    missing = left_out_words(net.goal)
+    goal_notices = (*ws.goal.notices, missing) if missing else ws.goal.notices
     known: dict[str, Any] = {
         "mesh": ws.goal.name,
         "faces": len(net.faces),
@@ -40,11 +44,15 @@ def bundle_summary(ws: Workspace, replay: str = "") -> Summary:
         "edits": certificate.edits,
         "lower_bound": certificate.lower_bound,
         "optimal": certificate.optimal,
+        "base_face": net.base_face,
+        "tree": certificate.tree,
+        "proof_s": ws.progress.seconds.get("prove"),
+        "faces_left_out": certificate.faces_left_out,
         "planned": planned,
         "rig": str(manifest.rig.get("name", "")),
         "material": str(manifest.material.get("name", "")),
         "thickness_mm": float(manifest.material.get("thickness_mm", 0.0)),
-        "notices": ws.goal.notices,
+        "notices": goal_notices,
         "replay": replay,
     }
     if planned:
@@ -59,7 +67,7 @@ def bundle_summary(ws: Workspace, replay: str = "") -> Summary:
             "clipped_area_mm2": metrics.clipped_area,
             "without": plan.without,
             "contact": contact_words(ws),
-            "notices": (*ws.goal.notices, *plan.notices, *ws.process.flags),
+            "notices": (*goal_notices, *plan.notices, *ws.process.flags),
             "passes": ws.process.passes,
             "seconds": ws.job.seconds if "job.json" in manifest.files else ws.process.seconds,
             "energy_j": ws.process.energy_j,

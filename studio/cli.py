@@ -12,9 +12,10 @@ from types import FrameType
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
-from studio import commands_certify, commands_lists, commands_make, commands_stages
+from studio import commands_certify, commands_lists, commands_make, commands_net, commands_stages
 from studio.exit_codes import BAD_INPUT, exit_code_of
 from studio.messages import error_text
+from studio.options import PROVE_S
 
 __all__ = ["app", "main"]
 
@@ -47,13 +48,36 @@ app = App(
     default_parameter=Parameter(negative=()),
 )  # fmt: skip
 for _command in (
-    commands_make.make, commands_lists.check, commands_stages.net, commands_stages.plan,
+    commands_make.make, commands_lists.check, commands_net.net, commands_stages.plan,
     commands_certify.certify, commands_stages.validate, commands_stages.job, commands_stages.replay,
     commands_stages.report,
     commands_lists.rigs, commands_lists.materials, commands_make.demo,
 ):  # fmt: skip
     _help, _epilogue = _help_texts(_command)
     app.command(_command, help=_help, help_epilogue=_epilogue, sort_key=len(list(app)))
+
+
+_PROVE = "--prove"
+
+
+def _with_seconds(words: list[str], end: int) -> list[str]:
+    """``--prove`` may stand alone; then it gets its usual seconds. ``end``: where options end."""
+    out = []
+    words = list(words)
+    for index, word in enumerate(words):
+        follows = words[index + 1] if index + 1 < end else ""
+        if word == _PROVE and index < end and not _is_number(follows):
+            word = f"{_PROVE}={PROVE_S:g}"
+        out.append(word)
+    return out
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -63,6 +87,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     debug = "--debug" in words[:end]
     words = [word for index, word in enumerate(words) if word != "--debug" or index >= end]
     as_json = "--json" in words[:end]
+    words = _with_seconds(words, words.index("--") if "--" in words else len(words))
     _stop_like_ctrl_c()
     try:
         code = app(words, exit_on_error=False, print_error=False)

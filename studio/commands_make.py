@@ -13,6 +13,7 @@ from studio.flags import (
     BendFlags,
     Budget,
     Certify,
+    CureFlags,
     Force,
     Json,
     MachineFlags,
@@ -50,6 +51,7 @@ def make(
     machine: MachineFlags = MachineFlags(),  # noqa: B008  frozen
     read: MeshFlags = MeshFlags(),  # noqa: B008  frozen
     base: Base = None,
+    cures: CureFlags = CureFlags(),  # noqa: B008  frozen
     tilt: Tilt = None,
     bend: BendFlags = BendFlags(),  # noqa: B008  frozen
     seed: Seed = 0,
@@ -77,7 +79,9 @@ def make(
     summary = run(
         output or default_output(mesh),
         read.options(mesh),
-        NetOptions(base=base, seed=seed, budget_s=budget),
+        NetOptions(
+            base=base, seed=seed, budget_s=budget, mesh_edit_mm=cures.mesh_edit, leave_out=cures.leave_out
+        ),
         PlanOptions(
             tilt_deg=tilt,
             seed=seed,

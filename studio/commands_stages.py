@@ -1,4 +1,4 @@
-"""The stages as commands of their own: net, plan, validate, job, replay, report."""
+"""The later stages as commands of their own: plan, validate, job, replay, report."""
 
 from __future__ import annotations
 
@@ -6,74 +6,24 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from studio.commands_make import default_output, exit_code
+from studio.commands_make import exit_code
 from studio.errors import UsageError
 from studio.exit_codes import DONE
 from studio.flags import (
-    Base,
     BendFlags,
     Budget,
     Bundle,
     Certify,
-    Force,
     Json,
-    MachineFlags,
-    Mesh,
-    MeshFlags,
-    Output,
     Quiet,
-    Seed,
     Tilt,
     Without,
 )  # fmt: skip
-from studio.options import NetOptions, PlanOptions
+from studio.options import PlanOptions
 from studio.progress import Progress
 from studio.summary import print_summary
 
-__all__ = ["job", "net", "plan", "replay", "report", "validate"]
-
-
-def net(
-    mesh: Mesh,
-    /,
-    *,
-    output: Output = None,
-    method: Annotated[
-        str, Parameter(metavar="NAME", help="nb, or a plain tree: steepest, bfs, dijkstra.")
-    ] = "nb",
-    prove: Annotated[
-        bool, Parameter(show_default=False, help="Say whether the edits are proven fewest.")
-    ] = False,
-    base: Base = None,
-    seed: Seed = 0,
-    budget: Budget = None,
-    machine: MachineFlags = MachineFlags(),  # noqa: B008  frozen
-    read: MeshFlags = MeshFlags(),  # noqa: B008  frozen
-    json: Json = False,
-    quiet: Quiet = False,
-    force: Force = False,
-) -> int:
-    """Lay a mesh flat: one piece, nothing overlaps.
-
-    Examples:
-        blossom net bunny.obj -o out/bunny
-
-        blossom net bunny.obj -o out/bunny --method steepest --base 12
-    """
-    from studio.pipeline import make_net_bundle
-
-    summary = make_net_bundle(
-        output or default_output(mesh),
-        read.options(mesh),
-        NetOptions(method, base, prove, seed, budget),
-        machine.options(),
-        force=force,
-        progress=Progress(quiet=quiet or json),
-    )
-    if prove:
-        summary = summary.with_notice(summary.proof())
-    print_summary(summary, as_json=json)
-    return DONE
+__all__ = ["job", "plan", "replay", "report", "validate"]
 
 
 def plan(

@@ -12,8 +12,8 @@ from cyclopts import Parameter
 from studio.options import DEFAULT_MATERIAL, DEFAULT_RIG, MachineOptions, MeshOptions
 
 __all__ = [
-    "Base", "Budget", "Bundle", "Certify", "Force", "Json", "MachineFlags", "Mesh", "MeshFlags", "Output",
-    "Quiet", "Rule", "Seed", "Tilt", "Without",
+    "Base", "Budget", "Bundle", "Certify", "CureFlags", "Force", "Json", "MachineFlags", "Mesh", "MeshFlags",
+    "Output", "Quiet", "Rule", "Seed", "Tilt", "Without",
 ]  # fmt: skip
 
 Rule = Literal["outside-in", "side", "sight", "contact", "substrate", "held", "clearance"]
@@ -118,6 +118,25 @@ class BendFlags:
         str,
         Parameter(metavar="auto|off|MM", help="Holes where creases meet: usual, none, or their radius."),
     ] = "auto"
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class CureFlags:
+    """What may be done to a mesh that has no net."""
+
+    mesh_edit: Annotated[
+        float | None,
+        Parameter(
+            metavar="MM",
+            validator=positive,
+            help="If there is no net, change the mesh: the surface may deviate by so many mm.",
+        ),
+    ] = None
+    leave_out: Annotated[
+        bool,
+        Parameter(show_default=False, help="If there is no net, leave faces out; the output names them."),
+    ] = False
 
 
 @Parameter(name="*")

@@ -6,10 +6,20 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-__all__ = ["DEFAULT_MATERIAL", "DEFAULT_RIG", "MachineOptions", "MeshOptions", "NetOptions", "PlanOptions"]
+__all__ = [
+    "DEFAULT_MATERIAL", "DEFAULT_RIG", "METHODS", "PROVE_S", "MachineOptions", "MeshOptions", "NetOptions",
+    "PlanOptions",
+]  # fmt: skip
 
 DEFAULT_RIG = "grbl-4axis"
 DEFAULT_MATERIAL = "304"
+METHODS = (
+    "nb", "exact", "steepest", "dijkstra", "bfs", "steepest-random", "flat-tree", "unflat-tree", "random",
+    "ga",
+)  # fmt: skip
+"""Methods that find a net; the planner has the same list."""
+PROVE_S = 30.0
+"""Seconds for a proof where none are given."""
 
 
 @dataclass(frozen=True)
@@ -51,16 +61,20 @@ class NetOptions:
     Attributes:
         method: of the net search.
         base: the base face; None chooses.
-        prove: say whether the edits are proven fewest.
+        prove_s: look for so many seconds for a net of fewest edits and a proof; None does not.
         seed: of every random choice.
         budget_s: end of the search; None searches a fixed amount of work.
+        mesh_edit_mm: how far the surface may be changed if there is no net; None leaves it as it is.
+        leave_out: whether faces may be left out if there is no net.
     """
 
     method: str = "nb"
     base: int | None = None
-    prove: bool = False
+    prove_s: float | None = None
     seed: int = 0
     budget_s: float | None = None
+    mesh_edit_mm: float | None = None
+    leave_out: bool = False
 
 
 @dataclass(frozen=True)

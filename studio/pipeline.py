@@ -11,10 +11,11 @@ from studio.bundle import create_bundle, edit_bundle
 from studio.bundle_check import open_manifest
 from studio.bundle_summary import bundle_summary
 from studio.manifest import Manifest
+from studio.net_stage import net_stage
 from studio.options import MachineOptions, MeshOptions, NetOptions, PlanOptions
 from studio.progress import Progress
 from studio.replay_stage import EMULATOR, JOURNAL_PREFIX, ask_person, replay_stage
-from studio.stages import job_stage, net_stage, plan_stage, report_stage, validate_stage
+from studio.stages import job_stage, plan_stage, report_stage, validate_stage
 from studio.summary import Summary
 from studio.workspace import Workspace
 

@@ -2,73 +2,25 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from studio.contact_stage import record_contact
 from studio.errors import UsageError
-from studio.manifest import file_sha256
-from studio.options import MachineOptions, MeshOptions, NetOptions, PlanOptions, parameters
+from studio.net_stage import compile_kernels, known
+from studio.options import PlanOptions, parameters
 from studio.workspace import Workspace
 
 if TYPE_CHECKING:
     from planner.fold_plan import MachineLimits
 
-__all__ = ["job_stage", "net_stage", "plan_stage", "report_stage", "validate_stage"]
+__all__ = ["job_stage", "plan_stage", "report_stage", "validate_stage"]
 
 _LARGEST_RELIEF_MM = 5.0
 
 PLANNERS = ("fp",)
 """Planners that ``--planner`` may name."""
-
-
-def net_stage(ws: Workspace, mesh: MeshOptions, options: NetOptions, machine: MachineOptions) -> None:
-    """Read the mesh and lay it flat: ``goal.ply``, ``net.fold`` and the profiles of rig and material.
-
-    Raises:
-        MeshError: if the mesh cannot be used.
-        NetError: if it has no net.
-    """
-    from planner.fold_file import write_fold
-    from planner.goal_file import write_goal_ply
-    from planner.make_net import make_net
-    from planner.net_methods import NET_METHODS
-    from planner.read_goal import read_goal
-
-    _known("method", options.method, tuple(NET_METHODS))
-    ws.choose_machine(machine, "net")
-    with ws.progress.stage("mesh", f"reading {mesh.path.name}"):
-        goal = read_goal(
-            mesh.path, size_mm=mesh.size_mm, scale=mesh.scale, max_faces=mesh.faces, limits=ws.limits
-        )
-        write_goal_ply(goal, ws.path("goal.ply"))
-    ws.manifest.input = {
-        "name": mesh.path.name,
-        "sha256": goal.source_sha256 or file_sha256(mesh.path),
-    }
-    ws.manifest.goal = {"name": goal.name, "notices": list(goal.notices), "faces": len(goal.faces)}
-    ws.manifest.seed = options.seed
-    ws.manifest.parameters["mesh"] = parameters(mesh)
-    ws.manifest.parameters["net"] = parameters(options)
-    ws.record("net", "goal.ply")
-    if options.base is not None and not 0 <= options.base < len(goal.faces):
-        raise UsageError(
-            f"--base {options.base}: the goal has {len(goal.faces)} faces; "
-            f"choose a face from 0 to {len(goal.faces) - 1}"
-        )
-    compile_kernels(ws)
-    with ws.progress.stage("net", f"laying {len(goal.faces)} faces flat"):
-        net = make_net(
-            ws.goal,
-            method=options.method,
-            base_face=options.base,
-            seed=options.seed,
-            budget_s=options.budget_s,
-        )
-        write_fold(net, ws.path("net.fold"))
-    ws.record("net", "net.fold")
 
 
 def plan_stage(ws: Workspace, options: PlanOptions) -> None:
@@ -86,7 +38,7 @@ def plan_stage(ws: Workspace, options: PlanOptions) -> None:
     from planner.sheet_svg import write_sheet_svg
     from twin.plan_process import plan_process
 
-    _known("planner", options.planner, PLANNERS)
+    known("planner", options.planner, PLANNERS)
     limits = ws.limits
     if options.tilt_deg is not None:
         most = math.degrees(limits.max_tilt_rad)
@@ -190,22 +142,3 @@ def report_stage(ws: Workspace) -> None:
         ws.path("report.html").write_bytes(page)
     ws.manifest.parameters["report"] = {}
     ws.record("report", "motion.glb", "report.html")
-
-
-def _known(kind: str, name: str, choices: tuple[str, ...]) -> None:
-    if name not in choices:
-        near = difflib.get_close_matches(name, choices, n=1, cutoff=0.4)
-        hint = f"did you mean {near[0]}? " if near else ""
-        raise UsageError(f"unknown {kind} '{name}': {hint}choose one of {', '.join(choices)}")
-
-
-def compile_kernels(ws: Workspace) -> None:
-    """Compile what the planner needs, if it has never been; the time it takes is shown as what it is."""
-    from planner.warm_up import kernels_are_cached, kernels_can_be_kept, warm_up
-
-    if not kernels_are_cached():
-        when = (
-            "first run only" if kernels_can_be_kept() else "every run: no cache directory can be written to"
-        )
-        with ws.progress.stage("compile", f"compiling the planner's kernels ({when})"):
-            warm_up(ws.progress.update)

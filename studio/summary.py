@@ -24,6 +24,10 @@ class Summary:
         edits: creases of the net that the blooming tree does not have.
         lower_bound: fewest edits that any net needs, as far as proven.
         optimal: the edits were proven fewest.
+        base_face: the face of the net that stays where it is.
+        tree: the blooming tree from which edits are counted.
+        proof_s: seconds that the proof took.
+        faces_left_out: faces of the goal that the net does not have.
         completion: folded share, 0 to 1.
         shape_rms_mm: root mean square distance to the goal after the plan.
         shape_rms_rel: the same as a share of the diagonal of the goal's bounding box.
@@ -53,6 +57,10 @@ class Summary:
     bundle: str = ""
     lower_bound: int = 0
     optimal: bool = False
+    base_face: int = 0
+    tree: str = ""
+    proof_s: float | None = None
+    faces_left_out: int = 0
     completion: float = 0.0
     shape_rms_mm: float = 0.0
     shape_rms_rel: float = 0.0
@@ -78,6 +86,8 @@ class Summary:
     def headline(self) -> str:
         """The state of the part in one line."""
         text = f"{self.faces} faces, folded {100 * self.completion:.1f} %"
+        if self.faces_left_out:
+            text = f"{self.faces_left_out} faces left out, {text}"
         if self.blocked:
             causes = sorted({b["by"] for b in self.blocked})
             number = "1 crease" if len(self.blocked) == 1 else f"{len(self.blocked)} creases"
@@ -86,12 +96,24 @@ class Summary:
             text += f", {self.thickness_mm:g} mm {self.material} on {self.rig}"
         return text
 
-    def proof(self) -> str:
-        """Whether the edits are proven fewest, in words."""
+    def proof(self, limit_s: float) -> str:
+        """Whether the edits are proven fewest, in words.
+
+        Args:
+            limit_s: seconds that the proof could take.
+        """
         edits = "1 edit" if self.edits == 1 else f"{self.edits or 'no'} edits"
+        which = f"from the {self.tree} tree of base face {self.base_face}"
+        took = "" if self.proof_s is None else f" ({duration_text(self.proof_s)})"
         if self.optimal:
-            return f"proven: no net needs fewer than {edits}" if self.edits else "proven: no edit is needed"
-        return f"{edits}, not proven fewest: any net needs at least {self.lower_bound}"
+            few = f"no net {which} has fewer than {edits}" if self.edits else f"no edit {which} is needed"
+            return f"proven{took}: {few}"
+        late = self.proof_s is not None and self.proof_s >= limit_s
+        end = f"; time was up, more may help: --prove {4.0 * limit_s:g}" if late else ""
+        return (
+            f"not proven fewest{took}: {edits} {which}, at least {self.lower_bound} needed, "
+            f"gap {self.edits - self.lower_bound}{end}"
+        )
 
     def _clipped(self) -> str:
         if not self.clipped_faces:
@@ -127,7 +149,10 @@ class Summary:
             edits += " (fewest possible)"
         elif self.lower_bound:
             edits += f" (at least {self.lower_bound} needed)"
-        rows = [("goal", f"{self.mesh}, {self.faces} faces, {self.creases} creases"), ("net edits", edits)]
+        rows = [("goal", f"{self.mesh}, {self.faces} faces, {self.creases} creases")]
+        if self.faces_left_out:
+            rows.append(("left out", f"{self.faces_left_out} of {self.faces + self.faces_left_out} faces"))
+        rows.append(("net edits", edits))
         if self.planned:
             rows += [
                 ("folded", f"{100 * self.completion:.1f} %"),
