@@ -22,7 +22,7 @@ def net_stage(ws: Workspace, mesh: MeshOptions, options: NetOptions, machine: Ma
     """
     from planner.fold_file import write_fold
     from planner.goal_file import write_goal_ply
-    from planner.net_cures import make_net_with_cures
+    from planner.cured_net import make_net_with_cures
     from planner.net_methods import NET_METHODS
     from planner.read_goal import read_goal
 
