@@ -158,4 +158,5 @@ def seen_to_hold(
         blooming_overlaps=nearest.blooming_overlaps,
         edits=nearest.edits,
         work=attempt.work + judge.work,
+        proof=None,
     )
