@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from planner.kinematics import folded_triangles as folded_triangles
     from planner.make_net import make_net as make_net
     from planner.mesh_facts import describe_mesh as describe_mesh
+    from planner.motion_baselines import FOLD_METHODS as FOLD_METHODS
     from planner.nearly_blooming import nearly_blooming as nearly_blooming
     from planner.net import Net as Net
     from planner.net import NetCertificate as NetCertificate
@@ -50,6 +51,7 @@ _MODULES = {
     "BaseRank": "planner.base_faces",
     "DualGraph": "planner.dual_graph",
     "FlatLayout": "planner.flat_layout",
+    "FOLD_METHODS": "planner.motion_baselines",
     "FoldPlan": "planner.fold_plan",
     "FormatError": "planner.errors",
     "GoalMesh": "planner.goal_mesh",

@@ -217,7 +217,7 @@ def _blocked(net: Net, result: FoldResult, kept: NDArray[np.int64]) -> tuple[Blo
     for face in np.flatnonzero(result.cause != 0).tolist():
         edge = int(net.crease_of[face])
         blocker = int(result.blocker[face])
-        by: str = "sight" if result.cause[face] == 2 else "collision"
+        by: str = {2: "sight", 3: "order"}.get(int(result.cause[face]), "collision")
         blockers: tuple[int, ...] = () if blocker < 0 else (blocker,)
         if blocker >= len(net.faces):
             by, blockers = "substrate", (int(kept[blocker - len(net.faces)]),)
