@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
 from planner.dual_graph import DualGraph
 from planner.net_proof import NetProof, ProofBranch, ProofNoGood
 from planner.no_goods import NoGood
 
-__all__ = ["BranchNode", "assemble_proof"]
+__all__ = ["BranchNode", "Gains", "assemble_proof", "product"]
+
+KNOWN_AFTER = 2
+"""Trials after which the gains of an edge are trusted."""
 
 
 @dataclass(eq=False)
@@ -52,6 +58,45 @@ class BranchNode:
     def lowest(self) -> int:
         """What is proven for all nodes below."""
         return min(node.bound for node in self.leaves())
+
+
+def product(one: float, other: float) -> float:
+    """Score of a pair of gains: large only if both are."""
+    return max(one, 1e-4) * max(other, 1e-4)
+
+
+class Gains:
+    """What branching on each edge has gained so far, per unit by which its share was changed.
+
+    Reliability branching: Achterberg, Koch and Martin, Branching rules revisited (2005).
+    """
+
+    def __init__(self, edges: int) -> None:
+        """Nothing is known yet."""
+        self._sums = np.zeros((edges, 2))
+        self._trials = np.zeros(edges, dtype=np.int64)
+
+    def learn(self, edge: int, kept: float, in_gain: float, out_gain: float) -> None:
+        """Note the gains of an edge of share ``kept`` put in, and put out."""
+        self._sums[edge] += min(in_gain, 10.0) / (1.0 - kept), min(out_gain, 10.0) / kept
+        self._trials[edge] += 1
+
+    def is_known(self, edge: int) -> bool:
+        """True if the edge was tried often enough."""
+        return bool(self._trials[edge] >= KNOWN_AFTER)
+
+    def expected(self, edge: int, kept: float) -> float:
+        """Score that is to be expected; edges not tried yet count as the mean of all that were."""
+        if self._trials[edge]:
+            mean = self._sums[edge] / self._trials[edge]
+        else:
+            mean = self._sums.sum(axis=0) / max(int(self._trials.sum()), 1) + 1e-3
+        return product(float(mean[0]) * (1.0 - kept), float(mean[1]) * kept)
+
+    def ranked(self, kept: NDArray[np.float64]) -> list[int]:
+        """Edges that are neither in nor out, the most promising first."""
+        open_edges = np.flatnonzero(np.minimum(kept, 1.0 - kept) > 1e-6).tolist()
+        return sorted(open_edges, key=lambda e: (-self.expected(e, float(kept[e])), e))
 
 
 def assemble_proof(

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.blooming_trees import TreeGrower, TreeName
-from planner.branching import BranchNode, assemble_proof
+from planner.branching import BranchNode, Gains, assemble_proof, product
 from planner.dual_graph import DualGraph
 from planner.linear_program import OutOfTimeError
 from planner.nearly_blooming import NetAttempt, nearly_blooming
@@ -31,7 +31,7 @@ Progress = Callable[[int, int, float], None]
 DENOMINATOR = 1_000_000
 """Of the multipliers."""
 
-SHORT_PATH_WORK = 400_000
+SHORT_PATH_WORK = 20_000
 """Faces placed to list the short overlapping paths that the programme starts with."""
 
 SEARCH_WORK = 20_000_000
@@ -40,8 +40,11 @@ SEARCH_WORK = 20_000_000
 STARTS = 4
 """Searches for a first net, each with a seed of its own."""
 
-CANDIDATES = 6
-"""Edges tried before one is branched on."""
+CANDIDATES = 8
+"""Edges at most whose cases are solved before one is branched on."""
+
+IDLE_CANDIDATES = 6
+"""Edges in a row that promise less than the best before no more are looked at."""
 
 NEVER = 1 << 40
 """Bound of a branch in which there is no spanning tree at all."""
@@ -135,6 +138,7 @@ class _Search:
         self.pool: list[NoGood] = []
         self._known: set[tuple[int, ...]] = set()
         self.root = BranchNode({})
+        self._gains = Gains(len(graph.faces))
 
     # -- small things ----------------------------------------------------------------------------------------
 
@@ -214,6 +218,7 @@ class _Search:
         shares = self.program.solve(node.fixed, self.left)
         if shares is None:
             node.note((), NEVER if self.bounds.value([], node.fixed) is None else 0)
+            node.value = float(NEVER)
             return None
         node.value = shares.value
         self._note_bound(node, shares)
@@ -257,31 +262,43 @@ class _Search:
             self.best = found
 
     def _branch(self, node: BranchNode, shares: TreeShares) -> BranchNode | None:
-        """Split a node at the edge whose two cases raise the bound most."""
-        gap = np.minimum(shares.kept, 1.0 - shares.kept)
-        order = np.argsort(-gap, kind="stable")[:CANDIDATES]
-        candidates = [e for e in order.tolist() if gap[e] > 1e-6]
-        if not candidates:
-            return None
-        best = (-1.0, -1.0, 0)
-        cases = (node, node)
-        for e in candidates:
-            pair = (BranchNode({**node.fixed, e: True}), BranchNode({**node.fixed, e: False}))
-            for case in pair:
-                case.note(node.multipliers, node.bound)
-                case.value = node.value
-                self._solve(case)
-            gains = sorted(min(case.value, self.upper) - node.value for case in pair)
-            score = (gains[0], gains[1], -e)
+        """Split a node at the edge whose two cases raise the bound most; returns the case to go on with."""
+        edge = -1
+        cases: tuple[BranchNode, BranchNode] | None = None
+        best, tried, idle = -1.0, 0, 0
+        for e in self._gains.ranked(shares.kept):
+            if self._gains.is_known(e) or tried >= CANDIDATES:
+                pair, score = None, self._gains.expected(e, float(shares.kept[e]))
+            else:
+                tried += 1
+                pair = (self._case(node, e, True), self._case(node, e, False))
+                rises = [min(case.value, self.upper) - node.value for case in pair]
+                self._gains.learn(e, float(shares.kept[e]), rises[0], rises[1])
+                score = product(rises[0], rises[1])
+            idle += 1
             if score > best:
-                best, cases = score, pair
-        node.edge, node.cases = -best[2], cases
-        alive = [case for case in cases if case.bound < self.upper]
-        for case in cases:
-            case.is_open = case in alive
-        if not alive:
+                edge, cases, best, idle = e, pair, score, 0
+            if idle >= IDLE_CANDIDATES:
+                break
+        if edge < 0:
             return None
-        return max(alive, key=lambda case: case.fixed[-best[2]] == (shares.kept[-best[2]] > 0.5))
+        if cases is None:
+            cases = (self._case(node, edge, True), self._case(node, edge, False))
+            rises = [min(case.value, self.upper) - node.value for case in cases]
+            self._gains.learn(edge, float(shares.kept[edge]), rises[0], rises[1])
+        node.edge, node.cases = edge, cases
+        alive = []
+        for case in cases:
+            case.is_open = case.bound < self.upper
+            if case.is_open:
+                alive.append(case)
+        return max(alive, key=lambda case: case.fixed[edge] == (shares.kept[edge] > 0.5), default=None)
+
+    def _case(self, node: BranchNode, edge: int, keep: bool) -> BranchNode:
+        """The node below ``node`` in which ``edge`` is in or out, solved once."""
+        case = BranchNode({**node.fixed, edge: keep}, node.multipliers, node.bound, node.value)
+        self._solve(case)
+        return case
 
     def _most_promising(self) -> BranchNode | None:
         """The open node of lowest value."""

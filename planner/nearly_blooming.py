@@ -14,6 +14,7 @@ from planner.dual_graph import DualGraph
 from planner.flat_layout import FlatLayout
 from planner.net import Net, NetCertificate
 from planner.net_proof import NetProof
+from planner.packed_bound import packed_proof
 
 __all__ = ["WORK_PER_SECOND", "NetAttempt", "certify", "nearly_blooming", "repair_tree"]
 
@@ -60,11 +61,16 @@ class NetAttempt:
         return len(self.overlapping) == 0 and self.held
 
     def certificate(self, method: str) -> NetCertificate:
-        """How near to blooming the net is; the bound is that of the proof, else 0."""
-        bound = 0 if self.proof is None else self.proof.bound
+        """How near to blooming the net is; without a proof of its own the bound is that of ``packed_proof``.
+
+        Nets from other than blooming trees have no bound.
+        """
+        if self.tree not in BLOOMING_TREES:
+            return NetCertificate(self.blooming_overlaps, self.edits, method=method, tree=self.tree)
+        proof = self.proof or packed_proof(self.layout, self.tree)
         return NetCertificate(
-            self.blooming_overlaps, self.edits, bound, self.edits == bound, method=method, tree=self.tree,
-            proof=self.proof,
+            self.blooming_overlaps, self.edits, proof.bound, self.edits == proof.bound, method=method,
+            tree=self.tree, proof=proof,
         )  # fmt: skip
 
     def to_net(self, method: str) -> Net:
