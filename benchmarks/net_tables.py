@@ -150,7 +150,8 @@ def proof_lines(runs: Sequence[Run]) -> list[str]:
     none = sum((run.bound or 0) >= run.faces for run in exact)
     lines = [
         f"fewest edits proven for {gaps.count(0)} of {len(exact)} trees, widest gap "
-        f"{max(gaps, default='–')}; proven that there is no net for {none}, neither net nor proof for {len(exact) - len(gaps) - none}"
+        f"{max(gaps, default='–')}; proven that there is no net for {none}, neither net nor proof for "
+        f"{len(exact) - len(gaps) - none}"
     ]
     beyond = []
     for run in exact:

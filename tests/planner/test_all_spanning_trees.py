@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from planner.blooming_trees import BLOOMING_TREES, blooming_tree
 from planner.dual_graph import DualGraph
+from planner.fewest_edits import prove_net
 from planner.flat_layout import FlatLayout
 from planner.goal_mesh import GoalMesh
 from planner.nearly_blooming import nearly_blooming
@@ -125,3 +126,19 @@ def test_the_search_finds_no_fewer_edits_than_there_are(
         assert not attempt.is_net
     elif attempt.is_net:
         assert attempt.edits >= best.fewest_held_edits
+
+
+@settings(max_examples=25)
+@given(st.integers(5, 9), st.integers(0, 10_000), st.floats(0.4, 0.85), st.sampled_from(BLOOMING_TREES))
+def test_proven_fewest_edits_are_the_fewest_of_all_trees(
+    count: int, seed: int, depth: float, name: str
+) -> None:
+    graph = DualGraph(rough_ball(count, seed, depth))  # at most 14 faces
+    base = seed % len(graph.goal.faces)
+    proven = prove_net(graph, base, tree=name, seed=seed)
+    best = lay_all_trees(graph, base, blooming_tree(graph, base, name))
+    if best.fewest_held_edits is None:
+        assert not proven.attempt.is_net
+    else:
+        assert proven.optimal
+        assert proven.attempt.edits == proven.lower_bound == best.fewest_held_edits
