@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from planner._kernels import nb_kernels, net_kernels
-from planner._kernels.net_arrays import BLOOMING, FROZEN, TESTED
+from planner._kernels import nb_kernels, restore_kernels
+from planner._kernels.net_arrays import BLOCKED, BLOOMING, FROZEN, TESTED
 from planner.blooming_trees import BLOOMING_TREES, TreeGrower, TreeName, blooming_tree
 from planner.dual_graph import DualGraph
 from planner.flat_layout import FlatLayout
@@ -24,6 +24,9 @@ depend on the machine or its load."""
 
 DEFAULT_BUDGET_S = 20.0
 """Nominal budget of one search where none is given."""
+
+ROUNDS, ROUNDS_FACES = 40, 12_000
+"""How often creases are brought back by force; at most the second figure over the number of faces."""
 
 ROOM_TRIES = 300
 """Exchanges tried to give a tab room before another base is preferred."""
@@ -88,12 +91,14 @@ def repair_tree(
     budget_s: float | None = None,
     remove_overlaps: bool = True,
     cut_panels: bool = False,
+    rounds: int | None = None,
 ) -> NetAttempt:
     """Exchange creases of ``tree`` until no faces overlap and the base panel can be held, then restore.
 
     A tabu search picks an overlapping pair, cuts a crease on the tree path between its faces and joins the
     parts at the edge that leaves the fewest overlaps. Afterwards creases of ``tree`` are brought back, each
-    in exchange for a foreign one, as long as nothing overlaps. Flat joints are never cut.
+    in exchange for a foreign one, as long as nothing overlaps, and by force in ``rounds`` of trial. Flat
+    joints are never cut.
 
     Args:
         graph: the dual graph of the goal.
@@ -105,6 +110,7 @@ def repair_tree(
         remove_overlaps: False: only see to the hold of the base, and only if nothing overlaps.
         cut_panels: flat joints may be cut, but for those of the base panel. Some goals need it: the walls of
             a hole may hang on nothing but the flat ring around it, and not fit inside.
+        rounds: how often creases are brought back by force; None: ``ROUNDS``, fewer for many faces.
     """
     layout = FlatLayout(graph, tree, base)
     found, edits, work = layout.overlaps, 0, 0
@@ -121,12 +127,12 @@ def repair_tree(
         limit = int((DEFAULT_BUDGET_S if budget_s is None else budget_s) * WORK_PER_SECOND)
         stall = 500 + 2 * len(graph.goal.faces)
         left = nb_kernels.search(arrays, layout.outline, pairs, found, rng, stall, limit)
-        work = int(arrays.number[TESTED])
         if left == 0:
             roomy = make_room(layout, seed)
-            edits = restore(layout, tree, roomy)
+            edits = restore(layout, tree, roomy, rounds=rounds_for(graph, rounds), seed=seed)
         else:
             edits = int(np.count_nonzero(layout.tree & ~tree))
+        work = int(arrays.number[TESTED])
         layout = FlatLayout(graph, layout.tree, base)
         overlapping = layout.overlapping_pairs()
     elif not found and not layout.tab_has_room():
@@ -145,31 +151,36 @@ def repair_tree(
     )
 
 
-def restore(layout: FlatLayout, tree: NDArray[np.bool_], roomy: bool) -> int:
+def restore(
+    layout: FlatLayout, tree: NDArray[np.bool_], roomy: bool, *, rounds: int = 0, seed: int = 0
+) -> int:
     """Bring creases of ``tree`` back, each in exchange for a foreign one, while nothing overlaps.
 
-    The base panel keeps a free side, and with ``roomy`` the room for a tab. Returns the edits that are left.
+    In each round after that some creases are brought back by force, the overlaps are removed elsewhere, and
+    what has more edits than before is taken back. The base panel keeps a free side, and with ``roomy`` the
+    room for a tab. Returns the edits that are left.
+
+    Args:
+        layout: an overlap-free layout; it is changed.
+        tree: (M,) the blooming tree.
+        roomy: a tab at the base panel has room, and keeps it.
+        rounds: how often to try by force.
+        seed: of the random choices.
     """
-    arrays, graph = layout.arrays, layout.graph
-    again = True
-    while again:
-        again = False
-        missing = np.flatnonzero(tree & ~layout.tree)
-        for join in missing[np.argsort(~graph.flat[missing], kind="stable")].tolist():
-            path = layout.path(int(graph.faces[join, 0]), int(graph.faces[join, 1]))
-            cuts = path[~tree[path] & (arrays.edge[path, FROZEN] == 0)]
-            cuts = np.array([cut for cut in cuts.tolist() if layout.keeps_hold(cut, join)], dtype=np.int64)
-            while len(cuts):
-                at = int(nb_kernels.first_free_swap(arrays, cuts, join))
-                if at == len(cuts):
-                    break
-                net_kernels.swap(arrays, cuts[at], join)
-                if not roomy or layout.tab_has_room():
-                    again = True
-                    break
-                net_kernels.swap(arrays, join, cuts[at])
-                cuts = cuts[at + 1 :]
-    return int(np.count_nonzero(layout.tree & ~tree))
+    arrays, faces, edges = layout.arrays, len(layout.graph.goal.faces), len(layout.graph.faces)
+    arrays.edge[:, BLOOMING] = tree
+    return int(
+        restore_kernels.polish(
+            arrays,
+            layout.outline,
+            np.zeros((6 * faces, 2), dtype=np.int64),
+            np.zeros((restore_kernels.ROWS, faces + 1), dtype=np.int64),
+            np.full((edges, 2), -1, dtype=np.int64),
+            np.array([_scramble(seed, layout.base)], dtype=np.uint64),
+            int(roomy),
+            rounds,
+        )
+    )
 
 
 def make_room(layout: FlatLayout, seed: int) -> bool:
@@ -179,7 +190,7 @@ def make_room(layout: FlatLayout, seed: int) -> bool:
     rng = np.random.default_rng([seed, layout.base])
     blocking = np.zeros((64, 2), dtype=np.int64)
     nb_kernels.clear_tabs(layout.arrays, layout.outline, 1, blocking, len(blocking))
-    blockers = np.unique(blocking[: layout.arrays.number[TESTED], 1])
+    blockers = np.unique(blocking[: layout.arrays.number[BLOCKED], 1])
     tries = 0
     for face in rng.permutation(blockers).tolist():
         for cut in rng.permutation(layout.path(layout.base, face)).tolist():
@@ -204,21 +215,28 @@ def nearly_blooming(
     seed: int = 0,
     budget_s: float | None = None,
     cut_panels: bool = False,
+    rounds: int | None = None,
 ) -> NetAttempt:
     """A net of few edits from the blooming tree ``tree`` around ``base``; see ``repair_tree``."""
     start = blooming_tree(graph, base, tree)
-    return repair_tree(graph, start, base, name=tree, seed=seed, budget_s=budget_s, cut_panels=cut_panels)
+    return repair_tree(
+        graph, start, base, name=tree, seed=seed, budget_s=budget_s, cut_panels=cut_panels, rounds=rounds
+    )
+
+
+def rounds_for(graph: DualGraph, rounds: int | None) -> int:
+    """How often creases are brought back by force where ``rounds`` does not say."""
+    return min(ROUNDS, ROUNDS_FACES // len(graph.goal.faces)) if rounds is None else rounds
 
 
 def certify(layout: FlatLayout, method: str) -> NetCertificate:
-    """Certificate of any overlap-free layout: its edits from the nearest blooming tree of its base."""
+    """Certificate, without a proof, of an overlap-free layout: its edits from the nearest blooming tree."""
     grower = TreeGrower(layout.graph)
     trees = {name: grower.blooming(layout.base, name) for name in BLOOMING_TREES}
     edits = {name: int(np.count_nonzero(layout.tree & ~tree)) for name, tree in trees.items()}
     name = min(BLOOMING_TREES, key=lambda tree: edits[tree])
     overlaps = FlatLayout(layout.graph, trees[name], layout.base, hold_base=False).overlaps
-    bound = 1 if overlaps else 0
-    return NetCertificate(overlaps, edits[name], bound, edits[name] == bound, method=method, tree=name)
+    return NetCertificate(overlaps, edits[name], 0, edits[name] == 0, method=method, tree=name)
 
 
 def _scramble(seed: int, base: int) -> int:

@@ -84,6 +84,7 @@ def compile_net_kernels() -> None:
     from planner.dual_graph import DualGraph
     from planner.flat_layout import FlatLayout
     from planner.goal_mesh import GoalMesh
+    from planner.nearly_blooming import restore
 
     points = np.array([[0.0, 0.0, 0.0], [20.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 20.0]])
     faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
@@ -93,10 +94,10 @@ def compile_net_kernels() -> None:
     nb_kernels.search(layout.arrays, layout.outline, pairs, 0, np.ones(1, dtype=np.uint64), 1, 1)
     for cut in np.flatnonzero(layout.tree).tolist():
         for join in layout.joinable(cut).tolist():
-            nb_kernels.first_free_swap(layout.arrays, np.array([cut]), join)
             if layout.tree[cut] and layout.exchange(cut, join):
                 layout.undo()
     layout.path(0, 1)
+    restore(layout, layout.tree, False)
 
 
 def compile_fold_kernels() -> None:
@@ -123,9 +124,16 @@ def compile_fold_kernels() -> None:
 
 def _load_kernels() -> None:
     """Import every module that defines kernels."""
-    from planner._kernels import nb_kernels, net_kernels, overlap_kernels, plan_kernels, tree_kernels
+    from planner._kernels import (
+        nb_kernels,
+        net_kernels,
+        overlap_kernels,
+        plan_kernels,
+        restore_kernels,
+        tree_kernels,
+    )
 
-    del nb_kernels, net_kernels, overlap_kernels, plan_kernels, tree_kernels
+    del nb_kernels, net_kernels, overlap_kernels, plan_kernels, restore_kernels, tree_kernels
 
 
 @contextmanager

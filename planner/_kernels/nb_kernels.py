@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from planner._kernels.compiled import entry, inner
 from planner._kernels.net_arrays import (
+    BLOCKED,
     BLOOMING,
     CENTRE,
     CORNER,
@@ -18,6 +19,7 @@ from planner._kernels.net_arrays import (
     FROZEN,
     HOPS,
     MARK,
+    ORDER,
     OUTLINE,
     PARENT,
     PART,
@@ -35,7 +37,6 @@ from planner._kernels.net_kernels import (
     component,
     moved_overlaps,
     swap,
-    swap_is_free,
     unmark,
 )
 from planner._kernels.overlap_kernels import (
@@ -54,6 +55,12 @@ EDIT_COST = 0.3
 
 CHOICES = 8
 """Creases tried per target, and edges tried per crease."""
+
+HEAVY, HEAVY_CHOICES = 256, 3
+"""Edges tried per crease where more faces than this hang on it."""
+
+WORST, SLACK = 1.0, 0.1
+"""Cost that an exchange in the tabu search may have, and by how much more after each round without success."""
 
 Seeds = NDArray[np.uint64]
 
@@ -134,7 +141,7 @@ def clear_tabs(s: NetArrays, outline: Ints, least: int, blockers: Ints, room: in
 
     A tab has room if no other face lies in a rectangle TAB_WIDTH_MM x TAB_REACH_MM outside the side. The
     first ``room`` faces that lie in the way are written to ``blockers[:, 1]``, their number to
-    ``number[TESTED]``.
+    ``number[BLOCKED]``.
     """
     r = s.real
     t = len(r) - 1
@@ -174,7 +181,7 @@ def clear_tabs(s: NetArrays, outline: Ints, least: int, blockers: Ints, room: in
                 count += 1
                 if count >= least:
                     return count
-    s.number[TESTED] = blocked
+    s.number[BLOCKED] = blocked
     return count
 
 
@@ -209,6 +216,43 @@ def _choose(s: NetArrays, edges: Ints, count: int, rng: Seeds) -> int:
     return few
 
 
+@inner
+def _choose_light(s: NetArrays, edges: Ints, count: int, rng: Seeds, size: Ints) -> int:
+    """As ``_choose``, but each is the lighter of two, and light ones come first.
+
+    What hangs on a light crease is soon tested, and what that finds ends the tests of heavy ones early.
+    """
+    kept = 0
+    for i in range(count):
+        if s.edge[edges[i], FROZEN] == 0:
+            edges[kept] = edges[i]
+            kept += 1
+    few = min(kept, CHOICES)
+    for i in range(few):
+        j, k = i + draw(rng, kept - i), i + draw(rng, kept - i)
+        j = k if size[edges[k]] < size[edges[j]] else j
+        e = edges[j]
+        edges[j] = edges[i]
+        j = i
+        while j > 0 and size[edges[j - 1]] > size[e]:
+            edges[j] = edges[j - 1]
+            j -= 1
+        edges[j] = e
+    return few
+
+
+@inner
+def part_sizes(s: NetArrays, sub: Ints, size: Ints) -> None:
+    """Faces in the smaller part without each crease, into ``size`` (M,); ``sub`` (F,) is scratch."""
+    node = s.node
+    n = node.shape[1]
+    sub[:] = 1
+    for i in range(n - 1, 0, -1):
+        f = node[ORDER, i]
+        sub[node[PARENT, f]] += sub[f]
+        size[node[CREASE, f]] = min(sub[f], n - sub[f])
+
+
 @entry
 def joining_edges(s: NetArrays, joins: Ints) -> int:
     """Edges that would join the marked component to the rest again, into ``joins``; returns how many."""
@@ -225,19 +269,36 @@ def joining_edges(s: NetArrays, joins: Ints) -> int:
     return count
 
 
+@inner
+def exchange_pairs(s: NetArrays, cut: int, join: int, pairs: Ints, found: int) -> Any:
+    """Replace ``cut`` by ``join`` and keep the list of overlapping pairs; returns how many there are then."""
+    component(s, cut)
+    kept = np.int64(0)
+    for k in range(found):
+        if s.node[MARK, pairs[k, 0]] == s.node[MARK, pairs[k, 1]]:
+            pairs[kept, 0], pairs[kept, 1] = pairs[k, 0], pairs[k, 1]
+            kept += 1
+    found = kept + moved_overlaps(s, join, np.int64(NO_LIMIT), pairs, kept, len(pairs))
+    unmark(s)
+    swap(s, cut, join)
+    return found
+
+
 @entry
 def search(s: NetArrays, outline: Ints, pairs: Ints, found: int, rng: Seeds, stall: int, work: int) -> int:
     """Tabu search by path-targeted exchanges until no pair overlaps and the base panel has a free side.
 
     ``pairs`` holds the ``found`` overlapping pairs of the layout. Ends when ``stall`` rounds have not brought
-    fewer overlaps than ever, or ``work`` faces have been tested. Returns the pairs that are left, plus one if the
+    fewer overlaps than ever, or ``number[TESTED]`` is beyond ``work``. Returns the pairs that are left, plus one if the
     base panel has no free side.
     """
     edge = s.edge
     tabu = np.zeros(len(edge), np.int64)
     path = np.empty(len(edge) + 1, np.int64)
     joins = np.empty(len(edge) + 1, np.int64)
-    s.number[TESTED] = 0
+    sub = np.empty(s.node.shape[1], np.int64)
+    size = np.zeros(len(edge), np.int64)
+    part_sizes(s, sub, size)
     free = free_edges(s, outline)
     now, fewest, last = 0, found + 1, 0
     while (found > 0 or free == 0) and now - last < stall and s.number[TESTED] <= work:
@@ -249,8 +310,8 @@ def search(s: NetArrays, outline: Ints, pairs: Ints, found: int, rng: Seeds, sta
         else:
             pick = draw(rng, found)
             count = tree_path(s, pairs[pick, 0], pairs[pick, 1], path)
-        count = _choose(s, path, count, rng)
-        best, best_cut, best_join = 1e18, np.int64(-1), np.int64(-1)
+        count = _choose_light(s, path, count, rng, size)
+        best, best_cut, best_join = WORST + SLACK * (now - last), np.int64(-1), np.int64(-1)
         for i in range(count):
             cut = path[i]
             if tabu[cut] > now:
@@ -260,6 +321,8 @@ def search(s: NetArrays, outline: Ints, pairs: Ints, found: int, rng: Seeds, sta
             for k in range(found):
                 old += 1 if s.node[MARK, pairs[k, 0]] != s.node[MARK, pairs[k, 1]] else 0
             few = _choose(s, joins, joining_edges(s, joins), rng)
+            if size[cut] > HEAVY:
+                few = min(few, HEAVY_CHOICES)
             for k in range(few):
                 join = joins[k]
                 cost = EDIT_COST * (edge[cut, BLOOMING] - edge[join, BLOOMING]) - old
@@ -274,27 +337,11 @@ def search(s: NetArrays, outline: Ints, pairs: Ints, found: int, rng: Seeds, sta
             unmark(s)
         if best_cut < 0:
             continue
-        component(s, best_cut)
-        kept = np.int64(0)
-        for k in range(found):
-            if s.node[MARK, pairs[k, 0]] == s.node[MARK, pairs[k, 1]]:
-                pairs[kept, 0], pairs[kept, 1] = pairs[k, 0], pairs[k, 1]
-                kept += 1
-        found = kept + moved_overlaps(s, best_join, np.int64(NO_LIMIT), pairs, kept, len(pairs))
-        unmark(s)
-        swap(s, best_cut, best_join)
+        found = exchange_pairs(s, best_cut, best_join, pairs, found)
+        part_sizes(s, sub, size)
         free = free_edges(s, outline)
         if found < fewest:
             fewest, last = found, now
         tabu[best_cut] = now + 4 + draw(rng, 10)
         tabu[best_join] = now + 4 + draw(rng, 10)
     return found + (1 if free == 0 else 0)
-
-
-@entry
-def first_free_swap(s: NetArrays, cuts: Ints, join: int) -> int:
-    """Place in ``cuts`` of the first that ``join`` can replace without overlap; their number if none can."""
-    for i in range(len(cuts)):
-        if swap_is_free(s, cuts[i], join) == 1:
-            return i
-    return len(cuts)

@@ -29,8 +29,9 @@ SIDES, PARENT, SLOT, CREASE, DEPTH, HOPS, ORDER, MARK, STAMP, FIRST, USED, PART,
 # on the outline of the base panel
 FACES, SLOTS, FLAT, FROZEN, TREE, BLOOMING, OUTLINE, EDGES = 0, 2, 4, 5, 6, 7, 8, 9
 
-# entries of NetArrays.number: base face, last query, size of the marked component, faces tested while moving
-BASE, QUERY, SIZE, TESTED, NUMBERS = 0, 1, 2, 3, 4
+# entries of NetArrays.number: base face, last query, size of the marked component, faces tested while moving, faces in
+# the way of tabs
+BASE, QUERY, SIZE, TESTED, BLOCKED, NUMBERS = 0, 1, 2, 3, 4, 5
 
 
 class NetArrays(NamedTuple):

@@ -170,15 +170,23 @@ def unmark(s: NetArrays) -> None:
 
 
 @inner
-def motion(s: NetArrays, join: int) -> Any:
-    """Rigid motion (c, d, x, y) of the marked component that lays it against the rest along edge ``join``."""
-    a = s.edge[join, FACES]
-    if s.node[MARK, a] == 0:
-        a = s.edge[join, FACES + 1]
-    c, d, x, y = joined_pose(s, join, a)
-    u, v, p, q = s.real[a, POSE], s.real[a, POSE + 1], s.real[a, POSE + 2], s.real[a, POSE + 3]
+def motion(s: NetArrays, join: int, child: int) -> Any:
+    """Rigid motion (c, d, x, y) that lays face ``child`` against the other face of edge ``join``."""
+    c, d, x, y = joined_pose(s, join, child)
+    u, v, p, q = (
+        s.real[child, POSE],
+        s.real[child, POSE + 1],
+        s.real[child, POSE + 2],
+        s.real[child, POSE + 3],
+    )
     mc, md = c * u + d * v, d * u - c * v
     return mc, md, x - mc * p + md * q, y - md * p - mc * q
+
+
+@inner
+def marked_face(s: NetArrays, join: int) -> int:
+    """The face of edge ``join`` that is in the marked component."""
+    return s.edge[join, FACES] if s.node[MARK, s.edge[join, FACES]] != 0 else s.edge[join, FACES + 1]
 
 
 @inner
@@ -188,7 +196,7 @@ def moved_overlaps(s: NetArrays, join: int, limit: int, out: Ints, at: int, room
     One more than ``limit`` stands for any number beyond it.
     The pairs are written to ``out[at:room]``. The faces that were tested are added to ``number[TESTED]``.
     """
-    c, d, x, y = motion(s, join)
+    c, d, x, y = motion(s, join, marked_face(s, join))
     r = s.real
     t = len(r) - 1
     found = np.int64(0)
@@ -216,7 +224,7 @@ def moved_overlaps(s: NetArrays, join: int, limit: int, out: Ints, at: int, room
 def swap(s: NetArrays, cut: int, join: int) -> None:
     """Replace crease ``cut`` by ``join`` without asking what it hits, and root the tree again."""
     component(s, cut)
-    mc, md, mx, my = motion(s, join)
+    mc, md, mx, my = motion(s, join, marked_face(s, join))
     for i in range(s.number[SIZE]):
         f = s.node[PART, i]
         remove_face(s, f)

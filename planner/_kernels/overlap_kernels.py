@@ -55,7 +55,7 @@ def triangles_overlap(r: Floats, i: int, j: int) -> bool:
 
 
 @inner
-def _cells(r: Floats, i: int) -> Any:
+def cells(r: Floats, i: int) -> Any:
     """First and last grid cell in x and in y that the bounding box of row i of r touches."""
     cell = r[0, CELL]
     x0, x1, y0, y1 = r[i, CORNER], r[i, CORNER], r[i, CORNER + 1], r[i, CORNER + 1]
@@ -68,7 +68,7 @@ def _cells(r: Floats, i: int) -> Any:
 @inner
 def insert_face(s: NetArrays, face: int) -> None:
     """Enter a face into the grid cells that its bounding box touches."""
-    x0, x1, y0, y1 = _cells(s.real, face)
+    x0, x1, y0, y1 = cells(s.real, face)
     mask = len(s.head) - 1
     at = s.node[FIRST, face]
     for x in range(x0, x1 + 1):
@@ -106,7 +106,7 @@ def count_hits(s: NetArrays, i: int, limit: int, out: Ints, at: int, room: int) 
     """
     s.number[QUERY] += 1
     query = s.number[QUERY]
-    x0, x1, y0, y1 = _cells(s.real, i)
+    x0, x1, y0, y1 = cells(s.real, i)
     mask = len(s.head) - 1
     found = 0
     for x in range(x0, x1 + 1):
