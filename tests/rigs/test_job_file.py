@@ -29,6 +29,8 @@ def test_the_round_trip_is_exact(job, files):
     assert back.blocks == job.blocks
     assert back.style == job.style
     assert back.hashes == job.hashes
+    assert back.pattern == job.pattern
+    assert job.pattern["largest_shift_mm"] > 0.0
     assert back.sha256 == job.sha256
 
 

@@ -110,6 +110,7 @@ def test_an_unknown_temper_lists_the_tempers():
         ("[constants]", "[constants", "not valid TOML"),
         ("[absorptivity]", "[forming]\nscatter_pass = -1.0\n[absorptivity]", r"\$\.forming\.scatter_pass"),
         ("[absorptivity]", "[forming]\ngain = 0\n[absorptivity]", r"\$\.forming\.gain"),
+        ("[absorptivity]", "[forming]\nneutral_share = 2\n[absorptivity]", r"\$\.forming\.neutral_share"),
     ],
 )
 def test_a_mistake_is_named_with_its_place(old, new, place):

@@ -139,6 +139,9 @@ def test_limits_follow_from_the_rig() -> None:
     assert limits.lens_height == 220.0
     assert limits.focus_travel == 120.0
     assert rig.head.spot_mm / 2 <= limits.beam_radius < rig.head.spot_mm
+    assert limits.bend_width == limits.relief_mm == rig.head.spot_mm
+    assert limits.neutral_shift == pytest.approx(0.1 / 3.0)
+    assert machine_limits(rig, load_material("304"), 0.3).relief_mm == 0.3
     assert machine_limits(load_rig("grbl-diode-swap"), load_material("304")).focus_travel == 0.0
     with pytest.raises(ProfileError, match="does not fit its clamps"):
         machine_limits(rig, load_material("304"), 2.0)

@@ -119,7 +119,36 @@ def test_options_that_the_rig_cannot_do(made, tmp_path, capsys):
     assert "--tilt 80" in capsys.readouterr().err
     assert main(["plan", str(bundle), "--planner", "gp", "-q"]) == 2
     assert "did you mean fp" in capsys.readouterr().err
+    for wrong in ("wide", "-1", "nan", "50"):
+        assert main(["plan", str(bundle), f"--relief={wrong}", "-q"]) == 2
+        assert f"--relief {wrong}: expected auto, off, or a radius" in capsys.readouterr().err
     assert files(bundle) == files(made / "part")
+
+
+def test_bend_allowance_and_relief_as_wanted(made, tmp_path, capsys):
+    """What the bundle says is what was asked for; without both, the drawing is the net's own."""
+    wanted = {
+        ("on", "auto"): (0.1, 0.1, 0.0333),
+        ("off", "off"): (0.0, 0.0, 0.0),
+        ("on", "0.2"): (0.2, 0.1, 0.0333),
+    }
+    drawings = set()
+    for (allowance, relief), (hole, width, shift) in wanted.items():
+        bundle = tmp_path / f"{allowance}-{relief}"
+        shutil.copytree(made / "part", bundle)
+        flags = ["--bend-allowance", allowance, "--relief", relief]
+        assert main(["plan", str(bundle), *flags, "-q"]) == 0
+        assert "bends        " in capsys.readouterr().out
+        limits = json.loads((bundle / "plan.json").read_text())["blossom:limits"]
+        assert limits["relief_mm"] == hole
+        figures = read_manifest(bundle).process["pattern"]
+        assert (figures["bend_width_mm"], figures["neutral_shift_mm"]) == (width, shift)
+        assert (figures["largest_shift_mm"] > 0.0) == (allowance == "on")
+        assert main(["job", str(bundle), "-q"]) == 0
+        assert json.loads((bundle / "job.json").read_text())["pattern"] == figures
+        capsys.readouterr()
+        drawings.add((bundle / "sheet.svg").read_bytes())
+    assert len(drawings) >= 2
 
 
 def test_stages_say_what_is_missing(made, tmp_path, monkeypatch, capsys):
