@@ -12,7 +12,14 @@ from types import FrameType
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
-from studio import commands_certify, commands_lists, commands_make, commands_net, commands_stages
+from studio import (
+    commands_bench,
+    commands_certify,
+    commands_lists,
+    commands_make,
+    commands_net,
+    commands_stages,
+)
 from studio.exit_codes import BAD_INPUT, exit_code_of
 from studio.messages import error_text
 from studio.options import PROVE_S
@@ -51,7 +58,7 @@ for _command in (
     commands_make.make, commands_lists.check, commands_net.net, commands_stages.plan,
     commands_certify.certify, commands_stages.validate, commands_stages.job, commands_stages.replay,
     commands_stages.report,
-    commands_lists.rigs, commands_lists.materials, commands_make.demo,
+    commands_lists.rigs, commands_lists.materials, commands_make.demo, commands_bench.bench,
 ):  # fmt: skip
     _help, _epilogue = _help_texts(_command)
     app.command(_command, help=_help, help_epilogue=_epilogue, sort_key=len(list(app)))

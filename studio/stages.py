@@ -19,8 +19,8 @@ __all__ = ["job_stage", "plan_stage", "report_stage", "validate_stage"]
 
 _LARGEST_RELIEF_MM = 5.0
 
-PLANNERS = ("fp",)
-"""Planners that ``--planner`` may name."""
+PLANNERS = ("fp", "mp", "first-block")
+"""Planners that ``--planner`` may name: those of ``planner.FOLD_METHODS`` that make a plan for a laser."""
 
 
 def plan_stage(ws: Workspace, options: PlanOptions) -> None:
@@ -31,6 +31,7 @@ def plan_stage(ws: Workspace, options: PlanOptions) -> None:
         UsageError: if an option asks for what the rig cannot do.
     """
     from planner.fold_file import write_fold
+    from planner.motion_baselines import FOLD_METHODS, fold_method
     from planner.pattern_check import pattern_figures
     from planner.plan_file import read_plan, write_plan
     from planner.plan_folds import plan_folds
@@ -38,6 +39,12 @@ def plan_stage(ws: Workspace, options: PlanOptions) -> None:
     from planner.sheet_svg import write_sheet_svg
     from twin.plan_process import plan_process
 
+    if options.planner in FOLD_METHODS and options.planner not in (*PLANNERS, "fp-search"):
+        raise UsageError(
+            f"--planner {options.planner} turns all creases at once, which no laser can do, so it makes no "
+            f"plan; choose one of {', '.join(PLANNERS)}. blossom bench paper --planners {options.planner} "
+            "says how far it folds"
+        )
     known("planner", options.planner, PLANNERS)
     limits = ws.limits
     if options.tilt_deg is not None:
@@ -48,10 +55,17 @@ def plan_stage(ws: Workspace, options: PlanOptions) -> None:
     limits = bend_limits(limits, options)
     compile_kernels(ws)
     with ws.progress.stage("plan", "planning the folds"):
-        plan = plan_folds(
-            ws.net, limits, seed=options.seed, budget_s=options.budget_s, fixed_base=options.fixed_base,
-            keep_net=options.keep_net, without=options.without, on_progress=ws.progress.update,
-        )  # fmt: skip
+        if options.planner == "fp":
+            plan = plan_folds(
+                ws.net, limits, seed=options.seed, budget_s=options.budget_s, fixed_base=options.fixed_base,
+                keep_net=options.keep_net, without=options.without, on_progress=ws.progress.update,
+            )  # fmt: skip
+        else:
+            result = fold_method(options.planner)(
+                ws.net, limits, seed=options.seed, budget_s=options.budget_s, without=options.without
+            )
+            assert result.plan is not None  # noqa: S101  PLANNERS are those that make plans
+            plan = result.plan
         write_fold(plan.net, ws.path("net.fold"))
         ws.record("net", "net.fold")
         # The process follows from the plan as it is read back, so that a later run of a stage cannot differ.
