@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.diagnosis import Diagnosis
 from planner.net import Net
 from planner.values import frozen_array
 
@@ -34,6 +35,9 @@ class MachineLimits:
         lens_height: height of the lowest part of the head over the rotary axis, head fully raised.
         max_tilt_rad: largest rotary angle away from 0 or 180 degrees.
         beam_radius: largest beam radius at the part of the crease.
+        beam_spread: how much wider the beam's radius gets per mm above the crease.
+        beam_source: where the light comes from if not parallel to the head's axis: along the rotary axis,
+            across and over it, from the middle of the work area, mm; None: parallel light.
         frame_margin: width of the strip all around the sheet that the frame clamps.
         clearance: how far every face is set in from its edges when contact is tested (>= kerf / 2).
         depth_of_focus: total focus depth; with ``focus_travel`` the head follows a tilted crease.
@@ -53,6 +57,8 @@ class MachineLimits:
     lens_height: float = 150.0
     max_tilt_rad: float = float(np.radians(30.0))
     beam_radius: float = 0.05
+    beam_spread: float = 0.0
+    beam_source: tuple[float, float, float] | None = None
     frame_margin: float = 10.0
     clearance: float = 0.05
     depth_of_focus: float = 3.0
@@ -183,6 +189,7 @@ class Blocked:
         by: what stops it.
         blockers: faces of the net (or, for ``substrate``, triangles) that hide or touch.
         at_rad: the angle at which it is stopped.
+        diagnosis: the cause measured, its witness and what would free it; None if nobody has looked.
     """
 
     crease: int
@@ -191,6 +198,7 @@ class Blocked:
     by: Literal["collision", "sight", "substrate", "order", "limit"]
     blockers: tuple[int, ...] = ()
     at_rad: float = 0.0
+    diagnosis: Diagnosis | None = None
 
 
 @dataclass(frozen=True)

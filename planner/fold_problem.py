@@ -48,7 +48,9 @@ def fine_tilts(max_tilt_rad: float) -> NDArray[np.float64]:
     """(L,) tilts, small to large, that are tried for a crease which no usual rotary angle shows fully."""
     if max_tilt_rad <= np.radians(1.0):
         return np.zeros(1)
-    shares = np.array([0.1, 0.22, 0.36, 0.5, 0.65, 0.82, 1.0])
+    shares = np.array(
+        [0.008, 0.016, 0.03, 0.06, 0.1, 0.16, 0.22, 0.29, 0.36, 0.43, 0.5, 0.58, 0.65, 0.74, 0.82, 0.91, 1.0]
+    )
     return max_tilt_rad * np.concatenate([[0.0], np.stack([shares, -shares], axis=1).ravel()])
 
 
@@ -64,6 +66,7 @@ class FlatTree:
         corners: (F, 3, 2) flat positions, mm.
         target: (F,) wanted fold angle at the crease of each face in rad, 0 for flat joints and the base.
         axis: (2,) unit direction of the rotary axis in the plane of ``corners``.
+        origin: (2,) point on that axis under the middle of the work area.
     """
 
     base: int
@@ -73,6 +76,7 @@ class FlatTree:
     corners: NDArray[np.float64]
     target: NDArray[np.float64]
     axis: NDArray[np.float64]
+    origin: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,6 +177,13 @@ class FoldProblem:
         moment = self.limits.weight_n_mm2 * np.abs(hinges[:, 2] * arm[:, 1] - hinges[:, 3] * arm[:, 0])
         return np.where(tree.target != 0.0, moment / (self.limits.plastic_moment_n * lengths), 0.0)
 
+    def head(self, tree: FlatTree) -> NDArray[np.float64]:
+        """(8,) where the light comes from, as ``beam_kernels`` wants it."""
+        source = self.limits.beam_source
+        radius = max(self.limits.beam_radius, 0.5 * self.limits.thickness)
+        finite, place = (0.0, (0.0, 0.0, 0.0)) if source is None else (1.0, source)
+        return np.array([finite, *place, *tree.origin, radius, self.limits.beam_spread])
+
     def fold(
         self,
         tree: FlatTree,
@@ -211,8 +222,8 @@ class FoldProblem:
             np.ascontiguousarray(tree.order[::-1]) if rank is None else rank, levers,
             solids, centres, radii, sharp, np.ones(len(solids), np.bool_), np.ones(len(solids), np.bool_),
             panel_numbers(tree, len(solids)), count,
-            self.rotary, self.fine, float(tree.axis[0]), float(tree.axis[1]), self.hidden_max * SIGHT_RESERVE,
-            max(self.limits.beam_radius, 0.5 * self.limits.thickness), CONTACT_MARGIN_RAD,
+            self.rotary, self.fine, float(tree.axis[0]), float(tree.axis[1]), self.head(tree),
+            self.hidden_max * SIGHT_RESERVE, CONTACT_MARGIN_RAD,
             self.use_contact, self.use_sight, True,
             give_up, self.goal.longest_side_mm,
         )  # fmt: skip

@@ -76,6 +76,10 @@ def flat_tree(layout: FlatLayout, axis_rad: float) -> FlatTree:
     corners = layout.corners.copy()
     side = corners[layout.base, 1] - corners[layout.base, 0]
     heading = math.atan2(side[1], side[0]) + axis_rad
+    axis = np.array([math.cos(heading), math.sin(heading)])
+    points = corners.reshape(-1, 2)
+    along, across = points @ axis, points @ np.array([-axis[1], axis[0]])
+    middle = 0.5 * (along.min() + along.max()), 0.5 * (across.min() + across.max())
     return FlatTree(
         base=layout.base,
         parent=layout.parent.copy(),
@@ -83,7 +87,11 @@ def flat_tree(layout: FlatLayout, axis_rad: float) -> FlatTree:
         order=layout.order.copy(),
         corners=corners,
         target=layout.target,
-        axis=np.array([math.cos(heading), math.sin(heading)]),
+        axis=axis,
+        origin=(
+            float(middle[0] * axis[0] - middle[1] * axis[1]),
+            float(middle[0] * axis[1] + middle[1] * axis[0]),
+        ),
     )
 
 

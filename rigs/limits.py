@@ -38,8 +38,10 @@ def machine_limits(rig: Rig, material: SheetMaterial, thickness_mm: float | None
 
     The lens height is the one with the focus on the rotary axis, so a rotation needs no raised head. A rig
     that cannot move its focus gets no focus travel; the planner then keeps tilted creases within the depth
-    of focus. The strip that bends is as wide as the spot: the heating model gives a crease the stiffness of
-    such a strip (grade C, measure it on a bent section). Both it and the relief holes are on.
+    of focus. Where the rays come from one point, the tilt is limited so that the incidence at the corners of
+    the work area is still allowed. The strip that bends is as wide as the spot: the heating model gives a
+    crease the stiffness of such a strip (grade C, measure it on a bent section). Both it and the relief holes
+    are on.
 
     Args:
         rig: the machine.
@@ -58,14 +60,17 @@ def machine_limits(rig: Rig, material: SheetMaterial, thickness_mm: float | None
         )
     axis_z = rig.rotary.axis_point_mm[2]
     travel = min(axis_z - rig.axes.z_mm[0], rig.axes.z_mm[1] - axis_z) if rig.has_focus_axis else 0.0
+    source = _beam_source(rig)
     return MachineLimits(
         thickness=thickness,
         kerf=rig.head.spot_mm,
         work_area=rig.sheet.max_mm,
         axis_height=axis_z - rig.clear.bed_z_mm,
         lens_height=rig.head.working_distance_mm,
-        max_tilt_rad=math.radians(rig.head.max_incidence_deg),
+        max_tilt_rad=_most_tilt(rig, source),
         beam_radius=rig.beam_radius_mm(rig.head.depth_of_focus_mm / 2.0),
+        beam_spread=rig.beam_spread,
+        beam_source=source,
         frame_margin=rig.sheet.frame_margin_mm,
         clearance=rig.sheet.clearance_mm,
         depth_of_focus=rig.head.depth_of_focus_mm,
@@ -76,3 +81,20 @@ def machine_limits(rig: Rig, material: SheetMaterial, thickness_mm: float | None
         neutral_shift=material.neutral_share * thickness,
         relief_mm=relief_mm_for(rig.head.spot_mm, thickness),
     )
+
+
+def _beam_source(rig: Rig) -> tuple[float, float, float] | None:
+    """Where the rays come from, seen from the origin of the sheet; None where they are parallel."""
+    if rig.head.telecentric:
+        return None
+    (x, y, z), origin = rig.head.scan_centre_mm, rig.rotary.axis_point_mm
+    return x - origin[0], y - origin[1], z - origin[2]
+
+
+def _most_tilt(rig: Rig, source: tuple[float, float, float] | None) -> float:
+    """Largest tilt at which the incidence stays within the limit of the head, rad."""
+    allowed = math.radians(rig.head.max_incidence_deg)
+    if source is None:
+        return allowed
+    half = 0.5 * math.hypot(*rig.sheet.max_mm) + math.hypot(*source[:2])
+    return max(0.0, allowed - math.atan2(half, source[2]))

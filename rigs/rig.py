@@ -293,8 +293,12 @@ class Rig(Profile, frozen=True, kw_only=True):
     def beam_radius_mm(self, defocus_mm: float = 0.0) -> float:
         """1/e^2 beam radius off the focus: Gaussian beam with Rayleigh range pi w0^2 / (M2 lambda)."""
         waist = self.head.spot_mm / 2.0
-        rayleigh = math.pi * waist**2 / (self.head.m2 * self.laser.wavelength_nm * 1e-6)
-        return waist * math.hypot(1.0, defocus_mm / rayleigh)
+        return waist * math.hypot(1.0, defocus_mm * self.beam_spread / waist)
+
+    @property
+    def beam_spread(self) -> float:
+        """Far from the focus the beam's radius grows by this much per mm: M2 lambda / (pi w0)."""
+        return self.head.m2 * self.laser.wavelength_nm * 1e-6 / (math.pi * self.head.spot_mm / 2.0)
 
 
 def rig_names() -> tuple[str, ...]:

@@ -243,7 +243,7 @@ class DrivenRun:
         if turn.crease < 0 or turn.step in self.hidden_steps:
             return
         mujoco.mj_kinematics(self.loaded.model, self.loaded.data)
-        hidden = hidden_by(self.loaded, turn)
+        hidden = hidden_by(self.loaded, turn, self.plan.limits)
         if hidden.share <= self.plan.hidden_max:
             return
         angle = float(self.loaded.data.qpos[self.loaded.qpos_address(turn.joint)])
@@ -276,7 +276,7 @@ class DrivenRun:
         ideal.set_angle(turn.joint, angle_rad)
         ideal.all_contacts_on(turn.gone)
         mujoco.mj_kinematics(ideal.model, ideal.data)
-        return hidden_by(ideal, turn).share > self.plan.hidden_max
+        return hidden_by(ideal, turn, self.plan.limits).share > self.plan.hidden_max
 
     def _count(self, seconds: float) -> int:
         return max(1, int(np.ceil(seconds / float(self.loaded.model.opt.timestep) - 1e-9)))

@@ -8,9 +8,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.beam import to_light
+from planner.fold_plan import MachineLimits
 from planner.insets import inset_triangles
 from twin.loaded_model import LoadedModel
-from twin.timeline import Turn, beam_direction
+from twin.timeline import Turn
 
 __all__ = ["Hidden", "hidden_by"]
 
@@ -36,17 +38,16 @@ class Hidden:
     pieces: tuple[int, ...]
 
 
-def hidden_by(loaded: LoadedModel, turn: Turn) -> Hidden:
+def hidden_by(loaded: LoadedModel, turn: Turn, limits: MachineLimits) -> Hidden:
     """Cast rays from points of the turning crease towards the laser; its own two panels do not count.
 
     A body hides a point if the ray goes through its middle surface; to graze its thickness is not enough (the
     planes of both panels hold the crease, and faces may stand along the beam). The points lie in the middle
-    96 % of the crease; the pose is the present one of ``loaded``.
+    96 % of the crease; the pose is the present one of ``loaded``. ``limits`` say where the light comes from.
     """
     data = loaded.data
     joint = loaded.joint[turn.joint]
     start = data.xanchor[joint]
-    direction = beam_direction(turn.rotary_rad)
     along = data.xaxis[joint] * _length(loaded, turn)
     own = _own_geoms(loaded, turn)
     geom = np.zeros(1, dtype=np.int32)
@@ -54,6 +55,7 @@ def hidden_by(loaded: LoadedModel, turn: Turn) -> Hidden:
     pieces: set[int] = set()
     hidden = 0
     for share in np.linspace(_MARGIN, 1.0 - _MARGIN, _POINTS).tolist():
+        direction = to_light(turn.rotary_rad, start + share * along, limits)
         point = start + share * along + _START_MM * direction
         for _ in range(_MOST_LAYERS):
             distance = mujoco.mj_ray(loaded.model, data, point, direction, _GROUPS, True, -1, geom)

@@ -7,14 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from planner._kernels.beam_kernels import BEAM_SIZE, aim, lean
 from planner._kernels.compiled import entry, inner
 from planner._kernels.contact_kernels import turn_contact
-from planner._kernels.sight_kernels import hidden_share
+from planner._kernels.sight_kernels import hidden_share, sight_limit
 
 NOT_BLOCKED, BY_CONTACT, BY_SIGHT = 0, 1, 2
 STEP_ROTATE, STEP_FOLD = 0, 1
-SIGHT_STEP_RAD = math.radians(5.0)
-SIGHT_SUBSTEPS = 3
 OVERHANG_RAD = math.radians(0.5)
 """A face may lean over its crease by this much, seen along the beam."""
 STAGES = 4
@@ -40,37 +39,6 @@ def turn_solids(solids, centres, members, ox, oy, ux, uy, angle):  # type: ignor
                 solids[m, k, 0], solids[m, k, 1], solids[m, k, 2] = x, y, height
             else:
                 centres[m, 0], centres[m, 1], centres[m, 2] = x, y, height
-
-
-@inner
-def sight_limit(  # type: ignore[no-untyped-def]
-    panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
-    ox, oy, ux, uy, length, sign, limit, kx, ky, up, radius, hidden_max, intervals, turned,
-):  # fmt: skip
-    """Largest angle up to which the crease stays in sight; -1 if it is hidden at the start.
-
-    Samples every SIGHT_STEP_RAD / SIGHT_SUBSTEPS or finer, in coarse steps first: most failures show there.
-
-    Returns:
-        (angle, blocker, -1 if none)
-    """
-    count = SIGHT_SUBSTEPS * max(1, math.ceil(limit / SIGHT_STEP_RAD - 1e-9))
-    end, by = count, -1  # the first sample known to be hidden is end + 1
-    for coarse in (True, False):
-        k = 0
-        while k <= end:
-            if coarse == (k % SIGHT_SUBSTEPS == 0):
-                share, who, _ = hidden_share(
-                    panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
-                    ox, oy, ux, uy, length, sign, limit * k / count, kx, ky, up, radius, intervals, turned,
-                )  # fmt: skip
-                if share > hidden_max:
-                    end, by = k - 1, who
-                    break
-            k += 1
-    if by < 0:
-        return limit, -1
-    return (limit * end / count if end >= 0 else -1.0), by
 
 
 @inner
@@ -116,7 +84,7 @@ def add_step(steps, used, kind, which, angle):  # type: ignore[no-untyped-def]
 def fold_greedily(  # type: ignore[no-untyped-def]
     parent, preorder, first, last, hinges, lengths, target, rank, lever,
     solids, centres, radii, sharp, present, flat, panel, faces,
-    rotary, fine, ex, ey, hidden_max, radius, margin, use_contact, use_sight, retry, give_up, size,
+    rotary, fine, ex, ey, head, hidden_max, margin, use_contact, use_sight, retry, give_up, size,
 ):  # fmt: skip
     """Fold a net as far as it goes.
 
@@ -136,7 +104,8 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         rotary: (K,) rotary angles to choose from, in order of preference; the first half lights the top side.
         fine: (L,) further tilts that are tried for a crease that would otherwise stay out of sight.
         ex, ey: direction of the rotary axis in the plane of the net.
-        hidden_max, radius: sight rule and beam radius.
+        head: where the light comes from, see ``beam_kernels``.
+        hidden_max: sight rule.
         margin: angle kept before a contact.
         use_contact, use_sight: rules that are on.
         retry: also try conceded creases again while the way to the base is flat.
@@ -173,10 +142,9 @@ def fold_greedily(  # type: ignore[no-untyped-def]
     lost_shape, lost_angle, wanted_angle = 0.0, 0.0, 0.0
     at = 0  # rotary option now
     astray = False  # True while the rotary stands at a fine tilt instead
-    kxs, kys, ups = np.zeros(options), np.zeros(options), np.zeros(options)
+    beams, aimed = np.zeros((options, BEAM_SIZE)), np.zeros(BEAM_SIZE)
     for r in range(options):
-        kxs[r], kys[r] = math.tan(rotary[r]) * ey, -math.tan(rotary[r]) * ex
-        ups[r] = 1.0 / math.cos(rotary[r])
+        aim(rotary[r], ex, ey, head, beams[r])
     for f in range(n):
         blocker[f], contact_time[f], contact_by[f], free_time[f] = -1, -1, -1, -1
         for r in range(options):
@@ -257,15 +225,15 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                     seen = min(free, seen)
                     if full and use_sight:
                         # the beam must stay between the parent and the turning face
-                        across = math.sin(rotary[r]) * (ux * ex + uy * ey)
-                        own = math.atan2(sign * math.cos(rotary[r]), across) + OVERHANG_RAD - abs(angle[f])
+                        mx, my = ox + 0.5 * lengths[f] * ux, oy + 0.5 * lengths[f] * uy
+                        own = lean(beams[r], mx, my, ux, uy, sign) + OVERHANG_RAD - abs(angle[f])
                         by, seen = f, max(0.0, own)
                         if own >= wanted:
                             mark(moving_mask, members, True)
                             seen, by = sight_limit(
                                 panel[f], panel[parent[f]], panel, moving_mask, flat, solids, centres, radii,
-                                present, ox, oy, ux, uy, lengths[f], sign, wanted, kxs[r], kys[r], ups[r],
-                                radius, hidden_max, intervals, turned,
+                                present, ox, oy, ux, uy, lengths[f], sign, wanted, beams[r],
+                                hidden_max, intervals, turned, False,
                             )  # fmt: skip
                             mark(moving_mask, members, False)
                         sight_time[f, r] = -1
@@ -314,7 +282,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         upright = 0.0 if target[f] > 0.0 else math.pi
         ox, oy, ux, uy = hinges[f, 0], hinges[f, 1], hinges[f, 2], hinges[f, 3]
         members = preorder[first[f] : last[f]]
-        across = ux * ex + uy * ey
+        mx, my = ox + 0.5 * lengths[f] * ux, oy + 0.5 * lengths[f] * uy
         why, who = int(reach_out[0]), int(reach_out[1])
         # what was remembered are upper bounds: measure again, now that everything else stands still
         free = abs(target[f] - angle[f])
@@ -335,8 +303,8 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                 mark(moving_mask, members, True)
                 for k in range(-1, len(fine)):
                     beam = rotary[best_option] if k < 0 else upright + fine[k]
-                    leaning = math.atan2(sign * math.cos(beam), math.sin(beam) * across)
-                    own = leaning + OVERHANG_RAD - abs(angle[f])
+                    aim(beam, ex, ey, head, aimed)
+                    own = lean(aimed, mx, my, ux, uy, sign) + OVERHANG_RAD - abs(angle[f])
                     allowed = max(0.0, min(free, own))
                     if k >= 0:
                         # only a tilt that shows the crease further than now is worth the whole sweep
@@ -345,17 +313,14 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                             continue
                         share, _, _ = hidden_share(
                             panel[f], panel[parent[f]], panel, moving_mask, flat, solids, centres, radii,
-                            present, ox, oy, ux, uy, lengths[f], sign, ahead,
-                            math.tan(beam) * ey, -math.tan(beam) * ex, 1.0 / math.cos(beam), radius,
-                            intervals, turned,
+                            present, ox, oy, ux, uy, lengths[f], sign, ahead, aimed, intervals, turned,
                         )  # fmt: skip
                         if share > hidden_max:
                             continue
                     seen, by = sight_limit(
                         panel[f], panel[parent[f]], panel, moving_mask, flat, solids, centres, radii, present,
-                        ox, oy, ux, uy, lengths[f], sign, allowed,
-                        math.tan(beam) * ey, -math.tan(beam) * ex, 1.0 / math.cos(beam), radius,
-                        hidden_max, intervals, turned,
+                        ox, oy, ux, uy, lengths[f], sign, allowed, aimed,
+                        hidden_max, intervals, turned, True,
                     )  # fmt: skip
                     if seen > reach + LEAST_GAIN_RAD:
                         view, tilted, reach = beam, k >= 0, seen

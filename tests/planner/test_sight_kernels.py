@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 from numba import njit
 
+from planner._kernels.beam_kernels import BEAM_SIZE, aim, lean
 from planner._kernels.sight_kernels import END_SHARE, covered_interval, union_share
+from planner.beam import to_light
+from planner.fold_plan import MachineLimits
 from tests.planner.contact_reference import hidden_share_reference
 
 
@@ -16,14 +19,31 @@ def share_of(intervals, count):
 
 
 @njit
-def covered(tri, ax, ay, bx, by, kx, ky, up, radius, out):
-    return covered_interval(tri, ax, ay, bx, by, kx, ky, up, radius, out)
+def covered(tri, ax, ay, bx, by, beam, out):
+    return covered_interval(tri, ax, ay, bx, by, beam, False, out)
 
 
-def cover(triangle, start, end, rotary, radius=0.0, axis=(1.0, 0.0)):
+@njit
+def aimed(angle, ex, ey, head, beam):
+    aim(angle, ex, ey, head, beam)
+
+
+@njit
+def leaning(beam, mx, my, ux, uy, sign):
+    return lean(beam, mx, my, ux, uy, sign)
+
+
+def beam_at(rotary, radius=0.0, axis=(1.0, 0.0), spread=0.0, source=None):
+    beam = np.zeros(BEAM_SIZE)
+    place = (0.0, 0.0, 0.0) if source is None else source
+    head = np.array([float(source is not None), *place, 0.3, -0.2, radius, spread])
+    aimed(rotary, *axis, head, beam)
+    return beam
+
+
+def cover(triangle, start, end, rotary, radius=0.0, axis=(1.0, 0.0), spread=0.0, source=None):
     out = np.empty(2)
-    kx, ky = math.tan(rotary) * axis[1], -math.tan(rotary) * axis[0]
-    hit = covered(triangle, *start, *end, kx, ky, 1 / math.cos(rotary), radius, out)
+    hit = covered(triangle, *start, *end, beam_at(rotary, radius, axis, spread, source), out)
     return (float(out[0]), float(out[1])) if hit else None
 
 
@@ -89,3 +109,65 @@ def test_rotating_everything_about_z_changes_nothing():
 def test_union_counts_overlapping_intervals_once_and_leaves_out_the_ends():
     intervals = np.array([[0.0, 0.01], [0.3, 0.5], [0.4, 0.6], [0.45, 0.47]])
     assert share_of(intervals, 4) == pytest.approx(0.3 / (1 - 2 * END_SHARE))
+
+
+@pytest.mark.parametrize("rotary", [0.0, 0.3, math.pi - 0.2])
+def test_rays_from_a_point_are_hidden_where_they_pass_the_triangle(rotary):
+    rng = np.random.default_rng(11)
+    source, axis = (1.0, -2.0, 9.0), np.array([math.cos(0.4), math.sin(0.4)])
+    limits = MachineLimits(beam_source=source)
+    ray = to_light(rotary, np.zeros(3), limits, axis, (0.3, -0.2))
+    side = np.sign(ray[2])
+    seen = 0
+    for _ in range(200):
+        start, end = rng.uniform(-2, 2, 2), rng.uniform(-2, 2, 2)
+        triangle = rng.uniform(-2, 2, (3, 3))
+        triangle[:, 2] = side * rng.uniform(0.1, 2, 3)
+        found = cover(triangle, start, end, rotary, axis=axis, source=source) or (0.0, 0.0)
+        normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
+        for share in np.linspace(0.0, 1.0, 23):
+            point = np.append(start + share * (end - start), 0.0)
+            ray = to_light(rotary, point, limits, axis, (0.3, -0.2))
+            at = point + ray * (normal @ (triangle[0] - point)) / (normal @ ray)
+            sides = [np.cross(triangle[k - 2] - triangle[k], at - triangle[k]) @ normal for k in range(3)]
+            if min(abs(x) for x in sides) < 1e-3 or min(abs(share - x) for x in found) < 1e-6:
+                continue
+            assert (min(sides) > 0) == (found[0] < share < found[1])
+            seen += min(sides) > 0
+    assert seen > 50
+
+
+def test_far_point_gives_parallel_light():
+    triangle = np.array([[-1.0, -1.0, 1.0], [1.0, -1.2, 1.5], [0.0, 1.0, 0.7]])
+    far = 1e7
+    for rotary in (0.0, 0.5, math.pi + 0.3):
+        parallel = cover(triangle, (-1.0, 0.1), (1.0, -0.2), rotary, 0.05)
+        source = (0.0, 0.0, far)
+        point = cover(triangle, (-1.0, 0.1), (1.0, -0.2), rotary, 0.05, source=source)
+        assert (parallel is None) == (point is None)
+        if parallel is not None:
+            assert point == pytest.approx(parallel, abs=1e-5)
+
+
+def test_spreading_beam_is_as_wide_as_it_is_at_the_highest_corner():
+    triangle = np.array([[-1.0, 0.1, 2.0], [1.0, 0.1, 2.0], [0.0, 3.0, 2.0]])
+    assert cover(triangle, (-1.0, 0.0), (1.0, 0.0), 0.0, 0.05) is None
+    assert cover(triangle, (-1.0, 0.0), (1.0, 0.0), 0.0, 0.05, spread=0.02) is None
+    assert cover(triangle, (-1.0, 0.0), (1.0, 0.0), 0.0, 0.05, spread=0.03) is not None
+
+
+def test_face_may_lean_until_it_stands_along_the_beam():
+    for source in (None, (0.5, 2.0, 30.0)):
+        limits = MachineLimits(beam_source=source)
+        for rotary in (0.0, 0.6, math.pi - 0.5):
+            axis = np.array([math.cos(1.1), math.sin(1.1)])
+            middle, way = np.array([0.7, -0.4]), np.array([math.cos(0.2), math.sin(0.2)])
+            sign = 1.0 if math.cos(rotary) > 0 else -1.0
+            angle = leaning(beam_at(rotary, axis=axis, source=source), *middle, *way, sign)
+            light = to_light(rotary, np.append(middle, 0.0), limits, axis, (0.3, -0.2))
+            # the flat child's inward normal, turned by the angle, lies in the plane of crease and beam
+            across = np.array([-way[1], way[0], 0.0])
+            turned = math.cos(angle) * across + math.sin(angle) * sign * np.array([0.0, 0.0, 1.0])
+            along = np.append(way, 0.0)
+            flat_light = light - (light @ along) * along
+            assert turned @ flat_light == pytest.approx(np.linalg.norm(flat_light), abs=1e-9)
