@@ -58,7 +58,6 @@ def make_net_with_cures(
     except NetError as error:
         if not error.faces or (mesh_edit_mm is None and not leave_out):
             raise
-        why = error
     if mesh_edit_mm is not None:
         try:
             edit = edit_until_net(
@@ -66,9 +65,9 @@ def make_net_with_cures(
             )
             net = make_net(edit.goal, method=method, base_face=base_face, seed=seed, budget_s=budget_s)
             return CuredNet(net, edit)
-        except NetError as error:
+        except NetError:
             if not leave_out:
-                raise NetError(f"{why} And with --mesh-edit: {error}", error.faces or why.faces) from None
+                raise
     return CuredNet(
         net_with_faces_left_out(goal, method=method, base_face=base_face, seed=seed, budget_s=budget_s)
     )

@@ -25,7 +25,7 @@ class Flip:
         corners: their corners after the flip.
         ends: goal vertices of the new edge, the lower number first.
         flat: the two faces are coplanar, so the shape stays the same.
-        deviation_mm: largest distance between old and new surface.
+        deviation_mm: old and new surface are nowhere further apart than this.
     """
 
     edge: int

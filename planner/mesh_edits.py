@@ -111,8 +111,9 @@ def edit_until_net(
     if edit is None:
         why = ", until the budget was used up" if trials.spent else ""
         raise NetError(
-            f"{goal.name}: none of {trials.count} changes of the mesh within {most_mm:g} mm gave a net{why}; "
-            "allow more with --mesh-edit, or leave faces out with --leave-out",
+            f"{goal.name} is not formable from one sheet, as far as was tried: not as it is, and none of "
+            f"{trials.count - 1} changes of the mesh within {most_mm:g} mm gave a net{why}. Allow more with "
+            "--mesh-edit, or leave faces out with --leave-out",
             tuple(near.tolist()),
         )
     return replace(edit, goal=replace(edit.goal, notices=(*goal.notices, edit.words)))

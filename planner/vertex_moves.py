@@ -32,6 +32,7 @@ def vertex_moves(
     """
     goal = graph.goal
     count = len(goal.vertices)
+    amplitude_mm *= 1.0 - 1e-12  # so that rounding does not exceed it
     total, degree = np.zeros((count, 3)), np.zeros(count)
     for a, b in ((0, 1), (1, 2), (2, 0)):
         for one, other in ((a, b), (b, a)):

@@ -12,6 +12,7 @@ from planner.fold_file import read_fold
 from planner.goal_file import read_goal_ply
 from studio.cli import main
 from studio.manifest import file_sha256, read_manifest
+from tests.planner.no_net_shapes import overlapping_fan, write_obj
 
 
 @pytest.fixture(autouse=True)
@@ -85,9 +86,136 @@ def test_a_profile_of_ones_own_travels_with_the_bundle(tmp_path):
     assert 'name = "mine"' in (tmp_path / "box" / "rig.toml").read_text(encoding="utf-8")
 
 
-def test_prove_says_what_is_proven(capsys):
+def test_methods_are_those_of_the_planner():
+    from planner.net_methods import NET_METHODS
+    from studio.options import METHODS
+
+    assert sorted(METHODS) == sorted(NET_METHODS)
+
+
+@pytest.mark.parametrize("words", [("--prove",), ("--prove", "20"), ("--prove=20",)])
+def test_prove_says_what_is_proven(words, tmp_path, capsys):
+    assert net(*words) == 0
+    assert "proven (" in capsys.readouterr().out
+    certificate = json.loads((tmp_path / "box" / "net.fold").read_text())["blossom:certificate"]
+    assert certificate["optimal"] is True
+    assert read_manifest(tmp_path / "box").parameters["net"]["prove_s"] in (20.0, 30.0)
+
+
+def test_a_proof_is_checked_afresh(tmp_path, capsys):
     assert net("--prove") == 0
-    assert "proven: no" in capsys.readouterr().out
+    capsys.readouterr()
+    assert main(["net", "--verify", "box/net.fold"]) == 0
+    assert "verdict      holds" in capsys.readouterr().out
+    assert main(["net", "box.obj", "--verify", "box/net.fold", "--json"]) == 0
+    values = json.loads(capsys.readouterr().out)
+    assert values["format"] == "metal-blossom/net-check"
+    assert values["holds"] is values["optimal"] is True
+    assert values["problems"] == []
+
+
+def test_a_false_certificate_is_a_no(tmp_path, capsys):
+    assert net("--prove") == 0
+    file = tmp_path / "box" / "net.fold"
+    data = json.loads(file.read_text())
+    data["blossom:certificate"]["edits"] += 1
+    file.write_text(json.dumps(data))
+    capsys.readouterr()
+    assert main(["net", "--verify", str(file)]) == 1
+    out = capsys.readouterr().out
+    assert "verdict      does not hold" in out
+    assert "problem: the certificate says" in out
+
+
+@pytest.mark.parametrize(
+    ("words", "part"),
+    [
+        (("--verify", "nowhere.fold"), "no such file"),
+        (("--verify", "box"), "box/net.fold"),
+        (("--verify", "box.obj"), "no goal.ply beside it"),
+        (("box.obj", "--verify", "box.obj"), "not a FOLD file"),
+        (("--verify", "box/net.fold", "--prove"), "leave --prove away"),
+        (("--verify", "box/net.fold", "-o", "x"), "leave --output away"),
+        (("other.obj", "--verify", "box/net.fold"), "another goal mesh"),
+        ((), "a mesh is missing"),
+    ],
+)
+def test_what_cannot_be_checked_is_bad_input(words, part, tmp_path, capsys):
+    assert net() == 0
+    (tmp_path / "other.obj").write_bytes(goal_path("star").read_bytes())
+    before = sorted(tmp_path.rglob("*"))
+    capsys.readouterr()
+    assert main(["net", *words]) == 2
+    err = capsys.readouterr().err
+    assert part in err
+    assert err.count("\n") == 1
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    "words", [("--prove", "0"), ("--prove", "nan"), ("--mesh-edit", "-1"), ("--mesh-edit", "wide")]
+)
+def test_flags_that_make_no_sense(words, tmp_path, capsys):
+    assert net(*words) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert [p.name for p in tmp_path.iterdir()] == ["box.obj"]
+
+
+@pytest.fixture
+def fan(tmp_path):
+    """An open fan of triangles that is one flat pattern only, and overlaps itself by 6 degrees."""
+    write_obj(overlapping_fan(366.0), tmp_path / "fan.obj")
+    return tmp_path / "fan"
+
+
+def test_without_a_net_nothing_is_written(fan, tmp_path, capsys):
+    assert main(["net", "fan.obj", "-q"]) == 1
+    err = capsys.readouterr().err
+    assert "faces overlap (0 on 11)" in err
+    assert err.index("--mesh-edit") < err.index("--leave-out")
+    assert not fan.exists()
+
+
+def test_a_changed_mesh_is_the_goal_of_the_bundle(fan, tmp_path, capsys):
+    assert main(["net", "fan.obj", "-q", "--mesh-edit", "3", "--json"]) == 0
+    values = json.loads(capsys.readouterr().out)
+    assert values["faces_left_out"] == 0
+    assert any("changed the mesh on request" in notice for notice in values["notices"])
+    goal = read_goal_ply(fan / "goal.ply")
+    edit = read_manifest(fan).goal["edit"]
+    assert edit["goal_sha256"] == goal.sha256 != edit["goal_sha256_before"]
+    assert 0.0 < edit["deviation_mm"] <= 3.0
+    before = overlapping_fan(366.0)
+    moved = np.linalg.norm(goal.vertices - before.vertices, axis=1)
+    assert moved.max() == pytest.approx(edit["deviation_mm"], abs=1e-5)
+    assert read_fold(fan / "net.fold", goal).certificate.faces_left_out == 0
+
+
+def test_a_change_that_is_too_small_is_a_no(fan, capsys):
+    assert main(["net", "fan.obj", "-q", "--mesh-edit", "0.01"]) == 1
+    assert "changes of the mesh within 0.01 mm gave a net" in capsys.readouterr().err
+    assert not fan.exists()
+
+
+def test_missing_faces_are_named_everywhere(fan, capsys):
+    assert main(["net", "fan.obj", "-q", "--leave-out", "--json"]) == 0
+    values = json.loads(capsys.readouterr().out)
+    data = json.loads((fan / "net.fold").read_text())
+    goal = read_goal_ply(fan / "goal.ply")
+    missing = sorted(set(range(12)) - set(data["blossom:faces_goal"]))
+    assert len(goal.faces) == 12
+    assert len(missing) == 1
+    assert values["faces_left_out"] == data["blossom:certificate"]["faces_left_out"] == 1
+    assert any(
+        "left out on request" in n and f"face {missing[0]} of goal.ply" in n for n in values["notices"]
+    )
+    assert main(["net", "--verify", str(fan / "net.fold")]) == 0
+
+
+def test_a_mesh_with_a_net_is_left_alone(tmp_path):
+    assert net("-o", "one") == net("-o", "two", "--mesh-edit", "5", "--leave-out") == 0
+    for name in ("goal.ply", "net.fold"):
+        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
 
 
 def test_a_changed_net_is_named(tmp_path, capsys):

@@ -76,15 +76,34 @@ def test_headline():
 
 
 @pytest.mark.parametrize(
-    ("edits", "optimal", "words"),
+    ("edits", "bound", "seconds", "words"),
     [
-        (0, True, "proven: no edit is needed"),
-        (3, True, "proven: no net needs fewer than 3 edits"),
-        (1, False, "1 edit, not proven fewest: any net needs at least 0"),
+        (0, 0, None, "proven: no edit from the bfs tree of base face 7 is needed"),
+        (3, 3, 0.4, "proven (0.4 s): no net from the bfs tree of base face 7 has fewer than 3 edits"),
+        (
+            1, 0, 2.0,
+            "not proven fewest (2.0 s): 1 edit from the bfs tree of base face 7, at least 0 needed, gap 1",
+        ),
+        (
+            9, 6, 30.2,
+            "not proven fewest (30 s): 9 edits from the bfs tree of base face 7, at least 6 needed, gap 3; "
+            "time was up, more may help: --prove 120",
+        ),
     ],
-)
-def test_the_proof_in_words(edits, optimal, words):
-    assert small_summary(edits=edits, lower_bound=edits if optimal else 0, optimal=optimal).proof() == words
+)  # fmt: skip
+def test_the_proof_in_words(edits, bound, seconds, words):
+    summary = small_summary(
+        edits=edits, lower_bound=bound, optimal=edits == bound, tree="bfs", base_face=7, proof_s=seconds
+    )
+    assert summary.proof(30.0) == words
+
+
+def test_missing_faces_are_told_first():
+    stream = io.StringIO()
+    summary = small_summary(faces_left_out=2)
+    print_summary(summary, stream=stream)
+    assert "left out     2 of 8 faces\n" in stream.getvalue()
+    assert summary.headline().startswith("2 faces left out, 6 faces, folded")
 
 
 @pytest.mark.parametrize(
