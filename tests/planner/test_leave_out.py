@@ -13,10 +13,13 @@ from planner.blooming_trees import BLOOMING_TREES, blooming_tree, weighted_tree
 from planner.dual_graph import DualGraph
 from planner.errors import NetError
 from planner.flat_layout import FlatLayout
+from planner.fold_plan import MachineLimits
 from planner.goal_mesh import GoalMesh
 from planner.leave_out import net_with_faces_left_out
 from planner.lightest_branches import face_areas, lightest_branches
+from planner.lost_folds import lost_fold_rad
 from planner.overlap import overlapping_faces
+from planner.plan_folds import plan_folds
 from tests.planner.goal_shapes import block_with_hole, helix_strip, load_obj, random_hull, rough_ball
 from tests.planner.no_net_shapes import overlapping_fan
 from tests.planner.test_flat_layout import check_net
@@ -104,6 +107,18 @@ def test_the_spiked_tetrahedron_loses_one_spike(shared_meshes) -> None:
     assert len(missing) == 3
     corners = [set(goal.faces[face].tolist()) for face in missing]
     assert set.intersection(*corners)  # one tip
+
+
+def test_missing_faces_count_as_not_folded() -> None:
+    net = net_with_faces_left_out(overlapping_fan(366.0))
+    plan = plan_folds(net, MachineLimits(), keep_net=True)
+    assert np.array_equal(plan.net.goal.left_out, net.goal.left_out)
+    assert plan.net.certificate.faces_left_out == 1
+    wanted = np.abs(plan.net.fold_angle)
+    reached = np.minimum(np.abs(plan.final_angles), wanted).sum()
+    assert reached > 0.0
+    whole = wanted.sum() + lost_fold_rad(net.goal)
+    assert plan.metrics.fold_completion == pytest.approx(reached / whole)
 
 
 def test_same_input_same_net() -> None:
