@@ -1,7 +1,7 @@
 """Search for the net that folds best: many bases and trees first, then annealing driven by what blocks.
 
-Every candidate is judged by the greedy fold planner with all rules on. A move cuts a crease on the tree path
-between the faces that witness a failure and joins the two parts elsewhere, keeping the net overlap-free.
+Every candidate is judged by the greedy fold planner with all rules on. Most moves cut a crease on the tree
+path between the faces that witness a failure and join the two parts elsewhere, keeping the net overlap-free.
 """
 
 from __future__ import annotations
@@ -14,11 +14,15 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.flat_layout import FlatLayout
 from planner.fold_problem import FlatTree, FoldProblem, FoldResult
+from planner.search_moves import Trial, random_trial
 
-__all__ = ["Candidate", "SearchSettings", "axis_angles", "flat_tree", "improve", "judge", "search"]
+__all__ = [
+    "Candidate", "SearchSettings", "axis_angles", "flat_tree", "folding_order", "improve", "judge", "search",
+]  # fmt: skip
 
 KEPT = 5
 """Good nets that are handed on beside the best one, since the sheet may not suit that."""
@@ -33,11 +37,12 @@ class SearchSettings:
 
     Attributes:
         chains: best of the starting nets that are improved by annealing.
-        evaluations: nets judged in each chain.
+        evaluations: nets judged in each round of a chain.
         seed: of every random choice.
         fixed_base: keep the base faces of the starting nets.
-        deadline: ``time.monotonic()`` at which the search stops with what it has; None: no limit. A search
-            stopped so depends on the machine; without it, on the input and seed only.
+        deadline: ``time.monotonic()`` at which the search stops with what it has; until then it anneals in
+            rounds. Such a search depends on the machine. None: one round, and the result depends on the input
+            and seed only.
     """
 
     chains: int
@@ -62,6 +67,7 @@ class Candidate:
         tree: the net as plain arrays.
         result: what the greedy planner reached.
         cost: what the search makes small; infinite if the sheet does not fit the machine.
+        bias: (F,) levels by which a face is tried earlier than its depth says; None: none.
     """
 
     layout: FlatLayout
@@ -69,6 +75,7 @@ class Candidate:
     tree: FlatTree
     result: FoldResult
     cost: float
+    bias: NDArray[np.float64] | None = None
 
 
 def flat_tree(layout: FlatLayout, axis_rad: float) -> FlatTree:
@@ -95,22 +102,41 @@ def flat_tree(layout: FlatLayout, axis_rad: float) -> FlatTree:
     )
 
 
-def judge(layout: FlatLayout, problem: FoldProblem, axis_rad: float, give_up: float = math.inf) -> Candidate:
+def judge(
+    layout: FlatLayout,
+    problem: FoldProblem,
+    axis_rad: float,
+    give_up: float = math.inf,
+    bias: NDArray[np.float64] | None = None,
+) -> Candidate:
     """Fold ``layout`` and weigh what comes out, see ``cost``.
 
     A net whose cost is about to exceed ``give_up`` is not folded to the end; what it costs then is a bound.
     """
     tree = flat_tree(layout, axis_rad)
-    result = problem.fold(tree, give_up=give_up)
+    result = problem.fold(tree, give_up=give_up, rank=folding_order(tree, bias))
     weight = cost(result, problem) if fits(tree, problem) else math.inf
-    return Candidate(layout, axis_rad, tree, result, weight)
+    return Candidate(layout, axis_rad, tree, result, weight, bias)
+
+
+def folding_order(tree: FlatTree, bias: NDArray[np.float64] | None) -> NDArray[np.int64] | None:
+    """(F,) faces in the order in which they are tried: deepest first, shifted by ``bias``; None without."""
+    if bias is None:
+        return None
+    depth = np.zeros(len(tree.parent))
+    for face in tree.order[1:].tolist():
+        depth[face] = depth[tree.parent[face]] + 1.0
+    return np.argsort(-(depth + bias), kind="stable")
 
 
 def cost(result: FoldResult, problem: FoldProblem) -> float:
-    """What the search makes small: missing angle, then shape error, overloaded creases and rotations."""
+    """What the search makes small: shape error, then missing angle, overloaded creases and rotations."""
+    from planner._kernels.plan_kernels import ANGLE_WEIGHT, SHAPE_WEIGHT
+
     relative = result.shape_rms / problem.goal.longest_side_mm
     missing = 1.0 - result.completion
-    return missing + 0.25 * relative + 0.05 * min(result.overload, 4.0) + 1e-5 * result.rotations
+    weight = SHAPE_WEIGHT * relative + ANGLE_WEIGHT * missing
+    return weight + 0.05 * min(result.overload, 4.0) + 1e-5 * result.rotations
 
 
 def fits(tree: FlatTree, problem: FoldProblem) -> bool:
@@ -160,21 +186,34 @@ def search(
     if done(found[0]) or settings.late or settings.evaluations == 0:
         return found
     stop = threading.Event()
-    steps = [0] * settings.chains
+    shares = [0.0] * settings.chains
+    began = time.monotonic()
+    heads = min(settings.chains, len(found))
 
     def chain(number: int) -> list[Candidate]:
         def report(step: int, best: Candidate) -> None:
-            steps[number] = step
-            share = (len(layouts) + sum(steps)) / total
+            if settings.deadline is None:
+                shares[number] = step / settings.evaluations
+            else:
+                shares[number] = (time.monotonic() - began) / max(1e-9, settings.deadline - began)
+            share = (len(layouts) + sum(shares) * settings.evaluations) / total
             tell(share, f"improving the net: {best.result.completion:.1%} folded")
 
-        return improve(
-            found[number], problem, replace(settings, seed=settings.seed + 7919 * number), report, stop
-        )
+        line: list[Candidate] = []
+        turn = 0
+        while True:
+            # later rounds start from the best, or from the next of the starting nets
+            start = line[0] if turn % 2 else found[(number + turn * heads) % len(found)]
+            seed = settings.seed + 7919 * (number + turn * heads)
+            line = sorted([*improve(start, problem, replace(settings, seed=seed), report, stop), *line],
+                          key=_by_cost)[:KEPT]  # fmt: skip
+            turn += 1
+            if settings.deadline is None or settings.late or stop.is_set() or done(line[0]):
+                return line
 
     with ThreadPoolExecutor(settings.chains) as pool:  # the fold planner runs without the interpreter lock
         try:
-            improved = list(pool.map(chain, range(min(settings.chains, len(found)))))
+            improved = list(pool.map(chain, range(heads)))
         finally:
             stop.set()
     return sorted([*(candidate for line in improved for candidate in line), *found], key=_by_cost)
@@ -208,16 +247,18 @@ def improve(
     axes = axis_angles(problem)
     current, best = start, start
     line = [start]
-    warm, cold = 0.01, 2e-4
+    warm, cold = 0.02, 4e-4
     for step in range(settings.evaluations):
         if done(best) or settings.late or (stop is not None and stop.is_set()):
             break
         temperature = warm * (cold / warm) ** (step / max(1, settings.evaluations - 1))
         # the cost that would still be accepted, drawn beforehand so that hopeless nets can be given up
         bar = current.cost - temperature * math.log(1.0 - rng.random())
-        trial = _move(current, problem, rng, axes, settings.fixed_base, bar)
-        if trial is None:
+        now = Trial(current.layout, current.axis_rad, current.bias)
+        move = random_trial(now, current.tree, current.result, rng, axes, settings.fixed_base)
+        if move is None:
             continue
+        trial = judge(move.layout, problem, move.axis_rad, bar, move.bias)
         if trial.cost <= bar and math.isfinite(trial.cost):
             current = trial
         if trial.cost < best.cost:
@@ -226,46 +267,3 @@ def improve(
         if on_step is not None:
             on_step(step, best)
     return line
-
-
-def _move(
-    current: Candidate,
-    problem: FoldProblem,
-    rng: np.random.Generator,
-    axes: list[float],
-    fixed_base: bool,
-    bar: float,
-) -> Candidate | None:
-    """One random change of ``current``, judged; None if none was possible."""
-    tree, result = current.tree, current.result
-    kind = rng.random()
-    if kind < 0.06:
-        return judge(current.layout, problem, axes[int(rng.integers(len(axes)))], bar)
-    if kind < 0.12 and not fixed_base:
-        layout = current.layout.copy()
-        layout.set_base(int(rng.integers(len(tree.parent))))
-        return judge(layout, problem, current.axis_rad, bar) if layout.free_edges() > 0 else None
-    missing = np.abs(tree.target) - np.minimum(np.abs(result.reached), np.abs(tree.target))
-    failed = np.flatnonzero((result.cause != 0) & (missing > 1e-9))
-    if len(failed) == 0:
-        return None
-    weight = missing[failed] + 0.05
-    face = int(rng.choice(failed, p=weight / weight.sum()))
-    other = int(result.blocker[face])
-    layout = current.layout.copy()
-    own = int(layout.crease[face])
-    path = [own, own]
-    if kind > 0.9:
-        path = np.flatnonzero(layout.tree).tolist()  # now and then anywhere
-    elif 0 <= other < len(tree.parent) and other != face:
-        path = [own, *layout.path(face, other).tolist()]
-    cuttable = [edge for edge in path if not layout.graph.flat[edge]]
-    rng.shuffle(cuttable)
-    for cut in cuttable[:3]:
-        joins = layout.joinable(cut)
-        joins = joins[joins != cut]
-        rng.shuffle(joins)
-        for join in joins[:12].tolist():
-            if layout.exchange(cut, int(join)):
-                return judge(layout, problem, current.axis_rad, bar)
-    return None

@@ -15,7 +15,7 @@ from planner.errors import NetError, PlanError
 from planner.flat_layout import FlatLayout
 from planner.fold_plan import FoldPlan, MachineLimits
 from planner.fold_problem import RULES, FoldProblem
-from planner.fold_search import Candidate, SearchSettings, axis_angles, judge, search
+from planner.fold_search import Candidate, SearchSettings, axis_angles, folding_order, judge, search
 from planner.insets import edge_insets
 from planner.lost_folds import foldable_share
 from planner.nearly_blooming import certify, nearly_blooming
@@ -95,7 +95,8 @@ def plan_folds(
         try:
             placed = place_net(chosen, limits, axis_rad)
             sheet = make_sheet(placed, limits)
-            plan = plan_on_sheet(placed, sheet, problem, seed, tuple(sorted(without)), notices)
+            rank = folding_order(candidate.tree, candidate.bias)
+            plan = plan_on_sheet(placed, sheet, problem, seed, tuple(sorted(without)), notices, rank)
         except PlanError as error:
             refused = refused or error
             continue
@@ -109,8 +110,11 @@ def plan_folds(
 
 def plan_cost(plan: FoldPlan) -> float:
     """What the choice among finished plans makes small; see ``fold_search.cost``."""
+    from planner._kernels.plan_kernels import ANGLE_WEIGHT, SHAPE_WEIGHT
+
     relative = plan.metrics.shape_rms / plan.net.goal.longest_side_mm
-    return foldable_share(plan.net) - plan.metrics.fold_completion + 0.25 * relative
+    missing = foldable_share(plan.net) - plan.metrics.fold_completion
+    return SHAPE_WEIGHT * relative + ANGLE_WEIGHT * missing
 
 
 def _nets_to_fold(

@@ -28,6 +28,7 @@ def plan_on_sheet(
     seed: int,
     without: tuple[str, ...],
     notices: tuple[str, ...],
+    rank: NDArray[np.int64] | None = None,
 ) -> FoldPlan:
     """Fold the placed net with the frame and the hold of the base in the way, then add cuts and clips.
 
@@ -38,12 +39,13 @@ def plan_on_sheet(
         seed: recorded in the plan.
         without: rules that are switched off, recorded in the plan.
         notices: what the user should know, recorded in the plan.
+        rank: (F,) faces in the order in which they are tried; deepest first if not given.
 
     Raises:
         PlanError: if the base cannot be held, or the part cannot be turned.
     """
     limits = problem.limits
-    folded = fold_on_sheet(net, sheet, problem, without)
+    folded = fold_on_sheet(net, sheet, problem, without, rank=rank)
     result, hold, hits, kept = folded.result, folded.hold, folded.hits, folded.kept
     if hold.needed and "held" not in without:
         raise PlanError(
@@ -86,7 +88,12 @@ class SheetFold:
 
 
 def fold_on_sheet(
-    net: Net, sheet: Sheet, problem: FoldProblem, without: Collection[str], tree: FlatTree | None = None
+    net: Net,
+    sheet: Sheet,
+    problem: FoldProblem,
+    without: Collection[str],
+    tree: FlatTree | None = None,
+    rank: NDArray[np.int64] | None = None,
 ) -> SheetFold:
     """Fold the placed net around the frame and whatever has to stay so that the base is held.
 
@@ -96,6 +103,7 @@ def fold_on_sheet(
         problem: goal, limits and rules.
         without: rules that are switched off.
         tree: the net as arrays, if other angles than the goal's are wanted.
+        rank: (F,) faces in the order in which they are tried; deepest first if not given.
 
     Raises:
         PlanError: if no free edge of the base panel has sheet beside it.
@@ -105,7 +113,7 @@ def fold_on_sheet(
     bodies = sheet_solids(sheet, problem.limits.thickness)
     kept = np.flatnonzero(sheet.frame_faces)
     for _ in range(3):
-        result = problem.fold(tree, obstacles=bodies[kept] if sweeps_sheet else None)
+        result = problem.fold(tree, obstacles=bodies[kept] if sweeps_sheet else None, rank=rank)
         hits = sheet_hits(tree, result, problem, bodies) if sweeps_sheet else {}
         hold = hold_base(net, sheet, problem.limits, frozenset(hits) - frozenset(kept.tolist()))
         if not hold.needed:

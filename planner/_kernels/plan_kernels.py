@@ -16,6 +16,8 @@ NOT_BLOCKED, BY_CONTACT, BY_SIGHT = 0, 1, 2
 STEP_ROTATE, STEP_FOLD = 0, 1
 OVERHANG_RAD = math.radians(0.5)
 """A face may lean over its crease by this much, seen along the beam."""
+SHAPE_WEIGHT, ANGLE_WEIGHT = 1.0, 0.5
+"""Cost of a shape error as long as the goal, and of folding nothing: what every choice of a plan makes small."""
 STAGES = 4
 """Turns in which a crease that is hard to see may be folded."""
 LEAST_GAIN_RAD = math.radians(0.2)
@@ -354,7 +356,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         lost = 0.5 * missing * lever[f] / size
         lost_shape += lost * lost
         lost_angle += missing
-        if 0.25 * math.sqrt(lost_shape) + lost_angle / wanted_angle > give_up:
+        if SHAPE_WEIGHT * math.sqrt(lost_shape) + ANGLE_WEIGHT * lost_angle / wanted_angle > give_up:
             break
         conceded[f] = angle[f] != target[f]
         release(f, parent, target, waiting, done)

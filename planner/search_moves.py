@@ -1,0 +1,121 @@
+"""Random changes of a candidate: another axis, base or order, or one crease cut and joined elsewhere."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.flat_layout import FlatLayout
+from planner.fold_problem import FlatTree, FoldResult
+
+__all__ = ["Trial", "random_trial"]
+
+AXIS_SHARE, BASE_SHARE, ORDER_SHARE, ANYWHERE_SHARE = 0.06, 0.06, 0.1, 0.1
+"""Shares of the moves that turn the rotary axis, take another base face, fold in another order, or exchange a
+crease anywhere instead of between two faces that block each other."""
+
+AXIS_STEP_RAD = 0.2
+"""Typical turn of the rotary axis in a small move."""
+
+CUTS_TRIED, JOINS_TRIED = 3, 12
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """What is to be judged next.
+
+    Attributes:
+        layout: the net.
+        axis_rad: direction of the rotary axis, from the base face's side from corner 0 to corner 1.
+        bias: (F,) levels by which a face is tried earlier than its depth says; None: none.
+    """
+
+    layout: FlatLayout
+    axis_rad: float
+    bias: NDArray[np.float64] | None
+
+
+def random_trial(
+    now: Trial,
+    tree: FlatTree,
+    result: FoldResult,
+    rng: np.random.Generator,
+    axes: list[float],
+    fixed_base: bool,
+) -> Trial | None:
+    """One random change of ``now``, driven by what did not fold; None if none was possible.
+
+    Args:
+        now: the candidate.
+        tree: its net as plain arrays.
+        result: how far it folds.
+        rng: of the choice.
+        axes: directions of the rotary axis to jump to.
+        fixed_base: keep the base face.
+    """
+    kind = rng.random()
+    if kind < AXIS_SHARE:
+        jump = rng.random() < 0.4
+        angle = axes[int(rng.integers(len(axes)))] if jump else now.axis_rad + AXIS_STEP_RAD * rng.normal()
+        return Trial(now.layout, float(angle), now.bias)
+    kind -= AXIS_SHARE
+    if kind < BASE_SHARE and not fixed_base:
+        return _other_base(now, rng)
+    missing = np.abs(tree.target) - np.minimum(np.abs(result.reached), np.abs(tree.target))
+    failed = np.flatnonzero((result.cause != 0) & (missing > 1e-9))
+    if len(failed) == 0:
+        return None
+    weight = missing[failed] + 0.05
+    face = int(rng.choice(failed, p=weight / weight.sum()))
+    other = int(result.blocker[face])
+    if not 0 <= other < len(tree.parent):
+        other = face
+    kind -= BASE_SHARE
+    if kind < ORDER_SHARE:
+        return _other_order(now, face, other, rng)
+    kind -= ORDER_SHARE
+    return _exchange(now, face, other, rng, anywhere=kind < ANYWHERE_SHARE)
+
+
+def _other_base(now: Trial, rng: np.random.Generator) -> Trial | None:
+    """The base moved to a neighbour or to any face, if that can be held."""
+    layout = now.layout.copy()
+    faces = layout.graph.faces
+    beside = faces[(faces == layout.base).any(axis=1)].ravel()
+    beside = beside[beside != layout.base]
+    near = rng.random() < 0.5 and len(beside) > 0
+    layout.set_base(int(rng.choice(beside)) if near else int(rng.integers(len(layout.parent))))
+    return Trial(layout, now.axis_rad, now.bias) if layout.free_edges() > 0 else None
+
+
+def _other_order(now: Trial, face: int, other: int, rng: np.random.Generator) -> Trial:
+    """A failed face, the one that blocks it or any one is tried earlier or later."""
+    count = len(now.layout.parent)
+    bias = np.zeros(count) if now.bias is None else now.bias.copy()
+    pick = rng.random()
+    who = face if pick < 0.4 else other if pick < 0.8 else int(rng.integers(count))
+    bias[who] += 0.5 * float(now.layout.depth.max()) * rng.normal()
+    return Trial(now.layout, now.axis_rad, bias)
+
+
+def _exchange(now: Trial, face: int, other: int, rng: np.random.Generator, *, anywhere: bool) -> Trial | None:
+    """A crease on the way between two faces is cut, and the parts are joined at another edge."""
+    layout = now.layout.copy()
+    own = int(layout.crease[face])
+    path = [own, own]
+    if anywhere:
+        path = np.flatnonzero(layout.tree).tolist()
+    elif other != face:
+        path = [own, *layout.path(face, other).tolist()]
+    cuttable = [edge for edge in path if not layout.graph.flat[edge]]
+    rng.shuffle(cuttable)
+    for cut in cuttable[:CUTS_TRIED]:
+        joins = layout.joinable(cut)
+        joins = joins[joins != cut]
+        rng.shuffle(joins)
+        for join in joins[:JOINS_TRIED].tolist():
+            if layout.exchange(cut, int(join)):
+                return Trial(layout, now.axis_rad, now.bias)
+    return None
