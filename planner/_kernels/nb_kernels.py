@@ -59,7 +59,7 @@ CHOICES = 8
 HEAVY, HEAVY_CHOICES = 256, 3
 """Edges tried per crease where more faces than this hang on it."""
 
-WORST, SLACK = 1.0, 0.1
+WORST, SLACK = 1.0, 0.5
 """Cost that an exchange in the tabu search may have, and by how much more after each round without success."""
 
 Seeds = NDArray[np.uint64]

@@ -184,7 +184,7 @@ def motion(s: NetArrays, join: int, child: int) -> Any:
 
 
 @inner
-def marked_face(s: NetArrays, join: int) -> int:
+def marked_face(s: NetArrays, join: int) -> Any:
     """The face of edge ``join`` that is in the marked component."""
     return s.edge[join, FACES] if s.node[MARK, s.edge[join, FACES]] != 0 else s.edge[join, FACES + 1]
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from planner._kernels.compiled import entry, inner
@@ -48,7 +50,7 @@ STALL = 16
 
 
 @inner
-def _walk(s: NetArrays, join: int, w: Ints) -> int:
+def _walk(s: NetArrays, join: int, w: Ints) -> Any:
     """Faces and creases on the tree path between the faces of ``join``, in order; returns the creases.
 
     Labels every face with the place on the path where it hangs: without crease i of the path, the faces
@@ -113,7 +115,7 @@ def _place(s: NetArrays, f: int, c: float, d: float, x: float, y: float) -> None
 
 
 @inner
-def _hits(s: NetArrays, g: int) -> bool:
+def _hits(s: NetArrays, g: int) -> Any:
     """True if the face in the last row overlaps face ``g``."""
     r = s.real
     t = len(r) - 1
@@ -123,7 +125,7 @@ def _hits(s: NetArrays, g: int) -> bool:
 
 
 @inner
-def _free_cut(s: NetArrays, join: int, count: int, w: Ints, witness: Ints) -> int:
+def _free_cut(s: NetArrays, join: int, count: int, w: Ints, witness: Ints) -> Any:
     """Place of a cut that ``join`` can replace without overlap, -1 if there is none among those allowed.
 
     All cuts are judged at once: joining at ``join`` moves the second part by the same motion whichever
@@ -140,7 +142,7 @@ def _free_cut(s: NetArrays, join: int, count: int, w: Ints, witness: Ints) -> in
                 _forbid(w, low, high - 1)
                 if w[NEXT, 0] == count:
                     return -1
-    last = np.int64(0)
+    last = 0
     for i in range(count):
         if w[NEXT, i] == i:
             last = i
@@ -190,7 +192,7 @@ def _free_cut(s: NetArrays, join: int, count: int, w: Ints, witness: Ints) -> in
 
 
 @inner
-def _gcd(a: int, b: int) -> int:
+def _gcd(a: int, b: int) -> Any:
     """Greatest common divisor."""
     while b != 0:
         a, b = b, a % b
@@ -198,7 +200,7 @@ def _gcd(a: int, b: int) -> int:
 
 
 @entry
-def restore(s: NetArrays, outline: Ints, w: Ints, witness: Ints, roomy: int) -> int:
+def restore(s: NetArrays, outline: Ints, w: Ints, witness: Ints, roomy: int) -> Any:
     """Bring blooming edges back, each for a foreign crease, while nothing overlaps; returns the edits left.
 
     ``w`` (ROWS, F + 1) is scratch, ``witness`` (M, 2) starts at -1. With ``roomy`` a tab keeps its room.
@@ -238,7 +240,7 @@ def restore(s: NetArrays, outline: Ints, w: Ints, witness: Ints, roomy: int) -> 
 
 
 @inner
-def _kick(s: NetArrays, join: int, w: Ints, pairs: Ints, found: int, rng: Seeds) -> int:
+def _kick(s: NetArrays, join: int, w: Ints, pairs: Ints, found: int, rng: Seeds) -> Any:
     """Bring ``join`` back for the foreign crease that costs the fewest overlaps; returns the pairs then.
 
     Returns -1, and changes nothing, if there is no such crease or each costs too many overlaps.
@@ -290,7 +292,7 @@ def _take_back(s: NetArrays, trees: Ints, poses: Floats) -> None:
 @entry
 def polish(
     s: NetArrays, outline: Ints, pairs: Ints, w: Ints, witness: Ints, rng: Seeds, roomy: int, rounds: int
-) -> int:
+) -> Any:
     """Look for fewer edits: bring edges back by force, remove the overlaps elsewhere, and restore.
 
     Each round starts from the best net so far, which must not overlap, and is taken back if it ends with
