@@ -118,6 +118,7 @@ def _rows(points: NDArray[np.float64]) -> tuple[Point, ...]:
 
 def _record(plan: FoldPlan, hashes: Mapping[str, str]) -> PlanRecord:
     from planner import plan_records as r
+    from planner.diagnosis_file import diagnosis_record
 
     sheet, limits, metrics = plan.sheet, plan.limits, plan.metrics
     return r.PlanRecord(
@@ -151,6 +152,7 @@ def _record(plan: FoldPlan, hashes: Mapping[str, str]) -> PlanRecord:
                 by=b.by,
                 blockers=b.blockers,
                 at=_degrees(b.at_rad),
+                diagnosis=None if b.diagnosis is None else diagnosis_record(b.diagnosis),
             )
             for b in plan.blocked
         ),
@@ -196,6 +198,8 @@ def _triple(row: list[int]) -> tuple[int, int, int]:
 
 def _plan(record: PlanRecord, net: Net) -> FoldPlan:
     """The plan of a checked record."""
+    from planner.diagnosis_file import diagnosis_of
+
     frame = np.zeros(len(record.substrate.faces), dtype=np.bool_)
     frame[list(record.frame_faces)] = True
     limits = MachineLimits(thickness=record.thickness, clearance=record.clearance)
@@ -229,6 +233,7 @@ def _plan(record: PlanRecord, net: Net) -> FoldPlan:
             Blocked(
                 crease=b.crease, reached_rad=math.radians(b.reached), wanted_rad=math.radians(b.wanted),
                 by=b.by, blockers=b.blockers, at_rad=math.radians(b.at),
+                diagnosis=None if b.diagnosis is None else diagnosis_of(b.diagnosis),
             )
             for b in record.blocked
         ),
@@ -292,6 +297,12 @@ def _check_references(record: PlanRecord, net: Net, name: str) -> None:
     for number, blocked in enumerate(record.blocked):
         if blocked.crease not in net.child_of:
             raise wrong(f"$.blocked[{number}].crease", blocked.crease, "a crease of the net")
+        why = blocked.diagnosis
+        if why is not None and not (
+            set(why.path_creases) <= set(net.child_of)
+            and all(f < len(net.faces) for f in (*why.path_faces, why.toucher))
+        ):
+            raise wrong(f"$.blocked[{number}].diagnosis", "a path beyond the net", "faces and creases of it")
 
 
 def _one_line_rows(data: bytes) -> bytes:

@@ -6,6 +6,8 @@ from typing import Annotated, Literal
 
 import msgspec
 
+from planner.diagnosis_file import DiagnosisRecord
+
 __all__ = [
     "BendRecord", "BlockedRecord", "ClipRecord", "CutRecord", "FoldRecord", "LimitsRecord", "MetricsRecord",
     "PlanRecord", "ReleaseRecord", "RotaryRecord", "RotateRecord", "SheetRecord", "SightRecord", "StepRecord",
@@ -116,7 +118,7 @@ class MetricsRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     shape_rms_rel: _NotNegative
 
 
-class BlockedRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class BlockedRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """A crease that stays short of the goal."""
 
     crease: _Index
@@ -125,6 +127,7 @@ class BlockedRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     by: Literal["collision", "sight", "substrate", "order", "limit"]
     blockers: tuple[_Index, ...] = msgspec.field(name="with")
     at: _Degrees
+    diagnosis: DiagnosisRecord | None = None
 
 
 class LimitsRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
