@@ -13,9 +13,13 @@ import math
 import numpy as np
 
 from planner._kernels.compiled import entry, inner
+from planner._kernels.separation_kernels import LARGEST_TURN_RAD, plane_between
 
 INSIDE_MM = 1e-7
 """A point counts as inside a face, and a crossing as on a segment, within this distance."""
+
+BLOCK, SUPER_BLOCK = 8, 64
+"""Moving solids are looked at in blocks of so many, neighbours in the tree, if a block is near enough at all."""
 
 PRISM_EDGES = np.array([0, 1, 1, 2, 2, 0, 3, 4, 4, 5, 5, 3, 0, 3, 1, 4, 2, 5], dtype=np.int64)
 TRIANGLE_EDGES = np.array([0, 1, 1, 2, 2, 0], dtype=np.int64)
@@ -238,17 +242,16 @@ def sector(points, out):  # type: ignore[no-untyped-def]
     if size < 1e-9:
         return
     cy, cz = cy / size, cz / size
-    r_lo, a_lo, a_hi = np.inf, np.inf, -np.inf
+    r_lo, t_lo, t_hi = np.inf, np.inf, -np.inf
     for k in range(len(points)):
         along = points[k, 1] * cy + points[k, 2] * cz
         across = points[k, 2] * cy - points[k, 1] * cz
         r_lo = min(r_lo, along)
         if along <= 1e-9:
             return
-        a = math.atan2(across, along)
-        a_lo, a_hi = min(a_lo, a), max(a_hi, a)
+        t_lo, t_hi = min(t_lo, across / along), max(t_hi, across / along)
     middle = math.atan2(cz, cy)
-    out[2], out[4], out[5] = r_lo, middle + a_lo, middle + a_hi
+    out[2], out[4], out[5] = r_lo, middle + math.atan(t_lo), middle + math.atan(t_hi)
 
 
 @inner
@@ -259,6 +262,14 @@ def sectors_apart(moving, still, limit):  # type: ignore[no-untyped-def]
     span = (moving[5] - moving[4]) + limit
     gap = (still[4] - moving[4]) % (2.0 * math.pi)
     return gap > span and gap + (still[5] - still[4]) < 2.0 * math.pi
+
+
+@inner
+def is_far(bounds, x, r, radius):  # type: ignore[no-untyped-def]
+    """True if a ball at (x, r) along and off the axis is outside of ``bounds``: x from, to, radius from, to."""
+    return (
+        x + radius < bounds[0] or x - radius > bounds[1] or r - radius > bounds[3] or r + radius < bounds[2]
+    )
 
 
 @entry
@@ -288,48 +299,81 @@ def turn_contact(  # type: ignore[no-untyped-def]
     best = limit
     hit_m, hit_s = -1, -1
     x_lo, x_hi, r_hi, r_lo = np.inf, -np.inf, 0.0, np.inf
-    polar = np.empty((len(members), 3))
-    for k in range(len(members)):
+    count, two_pi = len(members), 2.0 * math.pi
+    blocks, supers = (count + BLOCK - 1) // BLOCK, (count + SUPER_BLOCK - 1) // SUPER_BLOCK
+    polar = np.empty((count, 4))
+    near = np.empty(
+        (blocks + supers, 4)
+    )  # x from, to, radius from, to of the blocks, then of the super-blocks
+    for b in range(blocks + supers):
+        near[b, 0], near[b, 1], near[b, 2], near[b, 3] = np.inf, -np.inf, np.inf, 0.0
+    for k in range(count):
         m = members[k]
         moving_mask[m] = True
         x = (centres[m, 0] - ox) * ux + (centres[m, 1] - oy) * uy
         y = (centres[m, 1] - oy) * ux - (centres[m, 0] - ox) * uy
         r = math.sqrt(y * y + centres[m, 2] * centres[m, 2])
-        polar[k, 0], polar[k, 1], polar[k, 2] = x, r, math.atan2(centres[m, 2], y)
-        x_lo, x_hi = min(x_lo, x - radii[m]), max(x_hi, x + radii[m])
-        r_hi, r_lo = max(r_hi, r + radii[m]), min(r_lo, r - radii[m])
+        polar[k, 0], polar[k, 1], polar[k, 2], polar[k, 3] = x, r, math.atan2(centres[m, 2], y), radii[m]
+        b = k // BLOCK
+        near[b, 0], near[b, 1] = min(near[b, 0], x - radii[m]), max(near[b, 1], x + radii[m])
+        near[b, 2], near[b, 3] = min(near[b, 2], r - radii[m]), max(near[b, 3], r + radii[m])
+    for b in range(blocks):
+        c = blocks + b * BLOCK // SUPER_BLOCK
+        near[c, 0], near[c, 1] = min(near[c, 0], near[b, 0]), max(near[c, 1], near[b, 1])
+        near[c, 2], near[c, 3] = min(near[c, 2], near[b, 2]), max(near[c, 3], near[b, 3])
+    for c in range(blocks, blocks + supers):
+        x_lo, x_hi = min(x_lo, near[c, 0]), max(x_hi, near[c, 1])
+        r_lo, r_hi = min(r_lo, near[c, 2]), max(r_hi, near[c, 3])
     mov, still = work[0:9], work[9:18]
-    bounds_m, bounds_s = np.empty(6), np.empty(6)
-    planes_m, planes_s = np.empty((5, 4)), np.empty((5, 4))
-    scratch = np.empty(2)
-    two_pi = 2.0 * math.pi
+    sectors = np.empty((count, 6))
+    known = np.zeros(count, np.bool_)
+    planes_m, planes_s, bounds_s = np.empty((5, 4)), np.empty((5, 4)), np.empty(6)
+    scratch, hull = np.empty(2), np.empty((27, 3))
     for s in range(len(solids)):
         if moving_mask[s] or not present[s]:
             continue
+        rs = radii[s]
         sx = (centres[s, 0] - ox) * ux + (centres[s, 1] - oy) * uy
-        if sx + radii[s] < x_lo or sx - radii[s] > x_hi:
+        if sx + rs < x_lo or sx - rs > x_hi:
             continue
         sy = (centres[s, 1] - oy) * ux - (centres[s, 0] - ox) * uy
         sz = centres[s, 2]
         sr = math.sqrt(sy * sy + sz * sz)
-        if sr - radii[s] > r_hi or sr + radii[s] < r_lo:
+        if sr - rs > r_hi or sr + rs < r_lo:
             continue
         loaded = False
-        s_angle = math.atan2(sz, sy)
-        for k in range(len(members)):
-            m = members[k]
-            if m == face and s == parent:
-                continue
+        s_angle = np.inf  # computed once it is needed
+        k = 0
+        while k < count:
+            if k % SUPER_BLOCK == 0:
+                c = blocks + k // SUPER_BLOCK
+                if is_far(near[c], sx, sr, rs):
+                    k += SUPER_BLOCK
+                    continue
+            if k % BLOCK == 0:
+                c = k // BLOCK
+                if is_far(near[c], sx, sr, rs):
+                    k += BLOCK
+                    continue
+            j = k
+            k += 1
             # spheres: first angle at which the centres come within reach of each other
-            reach = radii[m] + radii[s]
-            dx, dr = polar[k, 0] - sx, polar[k, 1] - sr
+            reach = polar[j, 3] + rs
+            dx, dr = polar[j, 0] - sx, polar[j, 1] - sr
             apart = reach * reach - dx * dx - dr * dr
             if apart <= 0.0:
                 continue
-            product = 2.0 * polar[k, 1] * sr
+            m = members[j]
+            if m == face and s == parent:
+                continue
+            product = 2.0 * polar[j, 1] * sr
             if apart < 2.0 * product:
+                if s_angle == np.inf:
+                    s_angle = math.atan2(sz, sy)
                 half = math.acos(1.0 - apart / product)
-                start = (s_angle - polar[k, 2] - half) % two_pi
+                start = s_angle - polar[j, 2] - half
+                while start < 0.0:
+                    start += two_pi
                 if start >= best and start + 2.0 * half < two_pi:
                     continue
             if not loaded:
@@ -337,11 +381,16 @@ def turn_contact(  # type: ignore[no-untyped-def]
                 sector(still, bounds_s)
                 loaded = True
             to_axis_frame(solids[m, :9], ox, oy, ux, uy, mov)
-            sector(mov, bounds_m)
-            if sectors_apart(bounds_m, bounds_s, best):
+            if not known[j]:
+                sector(mov, sectors[j])
+                known[j] = True
+            if sectors_apart(sectors[j], bounds_s, best):
+                continue
+            corners = 9 if sharp[m] or sharp[s] else 6
+            if best <= LARGEST_TURN_RAD and plane_between(mov, still, corners, best, hull):
                 continue
             t = prisms_meet(mov[:6], still[:6], best, planes_m, planes_s, scratch)
-            if sharp[m] or sharp[s]:
+            if corners == 9:
                 t = triangles_meet(mov[6:9], still[6:9], t, scratch)
             if t < best:
                 best, hit_m, hit_s = t, m, s
