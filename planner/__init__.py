@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from planner.base_faces import rank_bases as rank_bases
     from planner.blooming_trees import blooming_tree as blooming_tree
     from planner.contact_certificate import certify_contact as certify_contact
+    from planner.diagnose import diagnose as diagnose
+    from planner.cured_net import make_net_with_cures as make_net_with_cures
     from planner.dual_graph import DualGraph as DualGraph
     from planner.errors import FormatError as FormatError
     from planner.errors import MeshError as MeshError
@@ -67,8 +69,10 @@ _MODULES = {
     "blooming_tree": "planner.blooming_trees",
     "certify_contact": "planner.contact_certificate",
     "describe_mesh": "planner.mesh_facts",
+    "diagnose": "planner.diagnose",
     "folded_triangles": "planner.kinematics",
     "make_net": "planner.make_net",
+    "make_net_with_cures": "planner.cured_net",
     "make_sheet": "planner.substrate",
     "nearly_blooming": "planner.nearly_blooming",
     "overlapping_faces": "planner.overlap",

@@ -85,6 +85,7 @@ def compile_net_kernels() -> None:
     from planner.flat_layout import FlatLayout
     from planner.goal_mesh import GoalMesh
     from planner.nearly_blooming import restore
+    from planner.no_goods import PathFinder
 
     points = np.array([[0.0, 0.0, 0.0], [20.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 20.0]])
     faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
@@ -97,6 +98,7 @@ def compile_net_kernels() -> None:
             if layout.tree[cut] and layout.exchange(cut, join):
                 layout.undo()
     layout.path(0, 1)
+    PathFinder(graph).short(2, 10)
     restore(layout, layout.tree, False)
 
 
@@ -104,6 +106,7 @@ def compile_fold_kernels() -> None:
     """Call every kernel of folds once, on two triangles."""
     from planner.fold_plan import MachineLimits
     from planner.fold_problem import FlatTree, FoldProblem
+    from planner.fold_state import FoldState, beams_of_side
     from planner.goal_mesh import GoalMesh
     from planner.plan_on_sheet import sheet_hits
 
@@ -120,6 +123,7 @@ def compile_fold_kernels() -> None:
     goal = GoalMesh(points, np.array([[0, 1, 2], [1, 0, 3]]), "two triangles")
     problem = FoldProblem(goal, np.full((2, 3), 0.1), MachineLimits())
     sheet_hits(tree, problem.fold(tree), problem, problem.solids(tree))
+    FoldState(problem, tree).reach(1, beams_of_side(0.1, top=True))
 
 
 def _load_kernels() -> None:
@@ -127,13 +131,16 @@ def _load_kernels() -> None:
     from planner._kernels import (
         nb_kernels,
         net_kernels,
+        no_good_kernels,
         overlap_kernels,
         plan_kernels,
         restore_kernels,
         tree_kernels,
+        view_kernels,
     )
 
-    del nb_kernels, net_kernels, overlap_kernels, plan_kernels, restore_kernels, tree_kernels
+    del nb_kernels, net_kernels, no_good_kernels, overlap_kernels, plan_kernels, restore_kernels, tree_kernels
+    del view_kernels
 
 
 @contextmanager

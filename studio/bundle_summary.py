@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from studio.contact_stage import contact_words
+from studio.diagnosis_words import blocked_summary
 from studio.report_validation import event_text
 from studio.summary import Summary
-from studio.words import blocked_values
 
 if TYPE_CHECKING:
     from studio.report import StepSetting
@@ -61,7 +61,7 @@ def bundle_summary(ws: Workspace, replay: str = "") -> Summary:
             "completion": metrics.fold_completion,
             "shape_rms_mm": metrics.shape_rms,
             "shape_rms_rel": metrics.shape_rms_rel,
-            "blocked": tuple(blocked_values(b) for b in plan.blocked),
+            "blocked": tuple(blocked_summary(plan, b) for b in plan.blocked),
             "rotations": metrics.rotations,
             "clipped_faces": metrics.clipped_faces,
             "clipped_area_mm2": metrics.clipped_area,

@@ -15,6 +15,7 @@ from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 from studio import (
     commands_bench,
     commands_certify,
+    commands_explain,
     commands_lists,
     commands_make,
     commands_net,
@@ -57,7 +58,7 @@ app = App(
 for _command in (
     commands_make.make, commands_lists.check, commands_net.net, commands_stages.plan,
     commands_certify.certify, commands_stages.validate, commands_stages.job, commands_stages.replay,
-    commands_stages.report,
+    commands_stages.report, commands_explain.explain,
     commands_lists.rigs, commands_lists.materials, commands_make.demo, commands_bench.bench,
 ):  # fmt: skip
     _help, _epilogue = _help_texts(_command)

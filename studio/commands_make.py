@@ -19,6 +19,7 @@ from studio.flags import (
     MachineFlags,
     Mesh,
     MeshFlags,
+    NoDiagnosis,
     Output,
     Quiet,
     Seed,
@@ -58,6 +59,7 @@ def make(
     budget: Budget = None,
     without: Without = [],  # noqa: B006  never changed
     certify: Certify = False,
+    no_diagnosis: NoDiagnosis = False,
     json: Json = False,
     quiet: Quiet = False,
     force: Force = False,
@@ -91,6 +93,7 @@ def make(
             bend_allowance=bend.bend_allowance == "on",
             relief=bend.relief,
             certify=certify,
+            diagnosis=not no_diagnosis,
         ),
         machine.options(),
         force=force,

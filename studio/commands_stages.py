@@ -15,6 +15,7 @@ from studio.flags import (
     Bundle,
     Certify,
     Json,
+    NoDiagnosis,
     Quiet,
     Tilt,
     Without,
@@ -30,7 +31,9 @@ def plan(
     bundle: Bundle,
     /,
     *,
-    planner: Annotated[str, Parameter(metavar="NAME", help="fp, the fold planner.")] = "fp",
+    planner: Annotated[
+        str, Parameter(metavar="NAME", help="fp, the fold planner; to compare with: mp, first-block.")
+    ] = "fp",
     tilt: Tilt = None,
     bend: BendFlags = BendFlags(),  # noqa: B008  frozen
     seed: Annotated[
@@ -39,6 +42,7 @@ def plan(
     budget: Budget = None,
     without: Without = [],  # noqa: B006  never changed
     certify: Certify = False,
+    no_diagnosis: NoDiagnosis = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
@@ -60,7 +64,7 @@ def plan(
             without=tuple(without), fixed_base=chosen.get("base") is not None,
             keep_net=chosen.get("method", "nb") != "nb",
             bend_allowance=bend.bend_allowance == "on", relief=bend.relief,
-            certify=certify,
+            certify=certify, diagnosis=not no_diagnosis,
         )  # fmt: skip
         plan_stage(ws, options)
 

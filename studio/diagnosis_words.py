@@ -6,9 +6,17 @@ from typing import Any
 
 from planner.diagnosis import Cure, Diagnosis, Proof
 from planner.fold_plan import Blocked, FoldPlan
-from studio.words import degrees
+from studio.words import blocked_values, degrees
 
-__all__ = ["best_cure_text", "cause_text", "cure_text", "diagnosis_values", "proof_text", "story"]
+__all__ = [
+    "best_cure_text",
+    "blocked_summary",
+    "cause_text",
+    "cure_text",
+    "diagnosis_values",
+    "proof_text",
+    "story",
+]
 
 _SHOWN = 10
 """Faces of a path that are named before the rest is left out."""
@@ -81,8 +89,8 @@ def proof_text(proof: Proof | None) -> str:
         return "none: no way was found, but none is ruled out"
     if proof.kind == "orders":
         return (
-            f"impossible with this net, base, axis and sheet: all outside-in orders were tried, each crease as "
-            f"far as it goes ({proof.states} states, {proof.beams} rotary angles a side)"
+            "impossible with this net, base, axis and sheet: all outside-in orders were tried, each crease "
+            f"as far as it goes ({proof.states} states, {proof.beams} rotary angles a side)"
         )
     bound = f"no beam within the tilt limit reaches a crease beyond {_angle(proof.bound_rad)}"
     if proof.kind == "angle":
@@ -105,12 +113,24 @@ def best_cure_text(plan: FoldPlan, blocked: Blocked) -> str:
     return cure_text(plan, found.cures[0])
 
 
+def blocked_summary(plan: FoldPlan, blocked: Blocked) -> dict[str, Any]:
+    """A blocked crease as plain values, with its cause and its best cure in words where they are known."""
+    values = blocked_values(blocked)
+    if blocked.diagnosis is None:
+        return values
+    proven = "" if blocked.diagnosis.proof is None else proof_text(blocked.diagnosis.proof)
+    return values | {
+        "cause": cause_text(plan, blocked),
+        "proven": proven,
+        "cure": best_cure_text(plan, blocked),
+    }
+
+
 def diagnosis_values(plan: FoldPlan, blocked: Blocked) -> dict[str, Any]:
     """A blocked crease and its diagnosis as plain values for JSON, with the story in words."""
     import msgspec
 
     from planner.diagnosis_file import diagnosis_record
-    from studio.words import blocked_values
 
     values = blocked_values(blocked)
     if blocked.diagnosis is not None:

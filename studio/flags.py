@@ -13,7 +13,7 @@ from studio.options import DEFAULT_MATERIAL, DEFAULT_RIG, MachineOptions, MeshOp
 
 __all__ = [
     "Base", "Budget", "Bundle", "Certify", "CureFlags", "Force", "Json", "MachineFlags", "Mesh", "MeshFlags",
-    "Output", "Quiet", "Rule", "Seed", "Tilt", "Without",
+    "NoDiagnosis", "Output", "Quiet", "Rule", "Seed", "Tilt", "Without",
 ]  # fmt: skip
 
 Rule = Literal["outside-in", "side", "sight", "contact", "substrate", "held", "clearance"]
@@ -74,6 +74,10 @@ Certify = Annotated[
         show_default=False,
         help="Prove every turn free of contact; writes contact.json.",
     ),
+]
+NoDiagnosis = Annotated[
+    bool,
+    Parameter(show_default=False, help="Do not look into why creases stay short, and what would free them."),
 ]
 Json = Annotated[bool, Parameter(name="--json", show_default=False, help="Print one JSON object.")]
 Quiet = Annotated[bool, Parameter(name=["-q", "--quiet"], show_default=False, help="No progress.")]

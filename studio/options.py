@@ -92,6 +92,7 @@ class PlanOptions:
         bend_allowance: move the faces in the flat for the radius of the bends.
         relief: holes where creases meet: ``auto``, ``off`` or their radius in mm.
         certify: prove every turn free of contact.
+        diagnosis: look into why creases stay short, and what would free them.
     """
 
     planner: str = "fp"
@@ -104,6 +105,7 @@ class PlanOptions:
     bend_allowance: bool = True
     relief: str = "auto"
     certify: bool = False
+    diagnosis: bool = True
 
 
 def parameters(options: MeshOptions | NetOptions | PlanOptions) -> dict[str, Any]:

@@ -144,7 +144,7 @@ def _blocked(summary: Summary) -> str:
         return ""
     rows = "".join(
         f'<tr><td class="blocked-mark">crease {b["crease"]}</td><td class="num">{b["reached_deg"]:.1f}°</td>'
-        f'<td class="num">{b["wanted_deg"]:.1f}°</td><td>{escape(b["text"].partition(": ")[2])}</td>'
+        f'<td class="num">{b["wanted_deg"]:.1f}°</td><td>{_why(b)}</td>'
         f'<td><button data-jump="{b["crease"]}">show</button></td></tr>'
         for b in summary.blocked
     )
@@ -153,6 +153,14 @@ def _blocked(summary: Summary) -> str:
         '<section><h2>Blocked creases</h2><div class="scroll"><table>'
         f"<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div></section>"
     )
+
+
+def _why(blocked: Mapping[str, Any]) -> str:
+    """The cause of a blocked crease, what is proven, and the best cure that was found."""
+    cause = str(blocked.get("cause") or blocked["text"].partition(": ")[2])
+    proven, cure = (str(blocked.get(key) or "") for key in ("proven", "cure"))
+    lines = [cause, proven, f"would fold with this change: {cure}" if cure else ""]
+    return "<br>".join(escape(line) for line in lines if line)
 
 
 def _validation(validation: Mapping[str, Any] | None) -> str:

@@ -30,6 +30,7 @@ def plan_stage(ws: Workspace, options: PlanOptions) -> None:
         PlanError: if there is no plan.
         UsageError: if an option asks for what the rig cannot do.
     """
+    from planner.diagnose import diagnose
     from planner.fold_file import write_fold
     from planner.motion_baselines import FOLD_METHODS, fold_method
     from planner.pattern_check import pattern_figures
@@ -66,6 +67,9 @@ def plan_stage(ws: Workspace, options: PlanOptions) -> None:
             )
             assert result.plan is not None  # noqa: S101  PLANNERS are those that make plans
             plan = result.plan
+        if options.diagnosis and options.planner == "fp" and plan.blocked:
+            ws.progress.update(0.99, f"looking into why {len(plan.blocked)} creases stay short")
+            plan = diagnose(plan)
         write_fold(plan.net, ws.path("net.fold"))
         ws.record("net", "net.fold")
         # The process follows from the plan as it is read back, so that a later run of a stage cannot differ.

@@ -27,6 +27,7 @@ COMMANDS = (
     "job",
     "replay",
     "report",
+    "explain",
     "rigs",
     "materials",
     "demo",
