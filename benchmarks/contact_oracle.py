@@ -38,8 +38,8 @@ class Counts:
         turns: turns.
         contacts: turns in which the exact test finds a contact.
         missed: turns in which a fine sample touches before the exact contact: errors of the exact test.
-        unconfirmed: contacts that neither fine samples nor samples just behind them show; not counted where faces are
-            too slim for a prism alone, because the samples know prisms only.
+        unconfirmed: contacts that neither fine samples nor samples just behind them show; not counted where
+            faces are too slim for a prism alone, because the samples know prisms only.
         missed_fine: contacts that no fine sample shows.
         missed_coarse: contacts that no coarse sample shows.
         late_deg: how much later than the exact contact a coarse sample first shows one, at most.
