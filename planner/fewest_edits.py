@@ -23,6 +23,7 @@ from planner.no_goods import NoGood, PathFinder, hold_no_good, vertex_no_goods
 from planner.repair_shares import net_from_shares, shared_tree
 from planner.tree_bound import TreeBound
 from planner.tree_program import TreeProgram, TreeShares
+from planner.warm_up import compile_net_kernels
 
 __all__ = ["ProvenNet", "prove_net"]
 
@@ -68,6 +69,20 @@ class ProvenNet:
     proof: NetProof
     seconds: float
 
+    @property
+    def impossible(self) -> bool:
+        """True if it is proven that there is no net for this base: no tree has as many edits."""
+        return self.lower_bound >= len(self.attempt.layout.parent)
+
+    @property
+    def impossible_for_any_base(self) -> bool:
+        """The same for every base: nothing in the proof is about this one."""
+        return (
+            self.impossible
+            and self.proof.whole_panels
+            and not any(item.why == "hold" for item in self.proof.no_goods)
+        )
+
 
 def prove_net(
     graph: DualGraph,
@@ -95,6 +110,7 @@ def prove_net(
     Raises:
         NetError: if ``base`` is not a face, or the goal is not one piece.
     """
+    compile_net_kernels()  # before the clock starts: the first run of a version takes long
     search = _Search(graph, base, tree, seed, seconds, progress)
     search.run()
     proof = assemble_proof(

@@ -80,6 +80,7 @@ def warm_up(on_progress: Callable[[float, str], None] | None = None) -> None:
 def compile_net_kernels() -> None:
     """Call every kernel of nets once, on a tetrahedron."""
     from planner._kernels import nb_kernels
+    from planner._kernels.base_kernels import packed_paths
     from planner.blooming_trees import blooming_tree
     from planner.dual_graph import DualGraph
     from planner.flat_layout import FlatLayout
@@ -100,6 +101,7 @@ def compile_net_kernels() -> None:
     layout.path(0, 1)
     PathFinder(graph).short(2, 10)
     restore(layout, layout.tree, False)
+    packed_paths(layout.arrays, pairs, 0)
 
 
 def compile_fold_kernels() -> None:
@@ -129,6 +131,7 @@ def compile_fold_kernels() -> None:
 def _load_kernels() -> None:
     """Import every module that defines kernels."""
     from planner._kernels import (
+        base_kernels,
         nb_kernels,
         net_kernels,
         no_good_kernels,
@@ -139,7 +142,7 @@ def _load_kernels() -> None:
         view_kernels,
     )
 
-    del nb_kernels, net_kernels, no_good_kernels, overlap_kernels, plan_kernels, restore_kernels, tree_kernels
+    del base_kernels, nb_kernels, net_kernels, no_good_kernels, overlap_kernels, plan_kernels, restore_kernels, tree_kernels
     del view_kernels
 
 

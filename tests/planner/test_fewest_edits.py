@@ -17,7 +17,7 @@ from planner.net_methods import NET_METHODS
 from planner.overlap import overlapping_triangles
 from planner.proof_check import check_net, check_proof
 from tests.planner.all_spanning_trees import lay_all_trees
-from tests.planner.goal_shapes import block_with_hole, plate, rough_ball, torus
+from tests.planner.goal_shapes import block_with_hole, helix_strip, plate, rough_ball, torus
 from tests.planner.hand_nets import box_goal
 
 names = st.sampled_from(BLOOMING_TREES)
@@ -140,6 +140,26 @@ def test_without_time_the_bound_is_small_but_true() -> None:
     confirm(proven, graph, 2, "steepest")
     assert proven.lower_bound == 0
     assert not proven.optimal
+
+
+def test_that_there_is_no_net_is_proven() -> None:
+    proven = prove_net(DualGraph(helix_strip()), 4, seconds=60.0)
+    assert not proven.attempt.is_net
+    assert proven.impossible
+    assert proven.impossible_for_any_base
+    assert not proven.optimal
+    ball = rough_ball(12, 1, 0.2)
+    used, corners = np.unique(ball.faces[neighbourhood(ball, 0)], return_inverse=True)
+    star = GoalMesh(ball.vertices[used], corners.reshape(-1, 3), name="star")
+    held = prove_net(DualGraph(star), 0, seconds=60.0)
+    assert held.impossible
+    assert not held.impossible_for_any_base
+
+
+def neighbourhood(goal: GoalMesh, face: int) -> list[int]:
+    """A face and the faces across its sides: laid flat, every side of the first is a crease."""
+    shared = [len(set(row) & set(goal.faces[face].tolist())) for row in goal.faces.tolist()]
+    return [face, *(f for f, count in enumerate(shared) if count == 2)]
 
 
 def test_progress_only_gets_better() -> None:
