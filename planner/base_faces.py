@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from planner._kernels.base_kernels import packed_paths
 from planner._kernels.net_arrays import DEPTH
 from planner._kernels.net_kernels import lay_flat, root_tree
 from planner._kernels.overlap_kernels import all_overlaps
@@ -14,10 +16,26 @@ from planner.dual_graph import DualGraph
 from planner.flat_layout import base_outline
 from planner.goal_mesh import GoalMesh
 
-__all__ = ["SAMPLE_ABOVE", "BaseRank", "rank_bases"]
+__all__ = ["SAMPLE_ABOVE", "BaseRank", "BloomingFigures", "blooming_figures", "rank_bases"]
 
 SAMPLE_ABOVE = 1000
 """Goals with more panels than this are ranked on a seeded sample of as many."""
+
+
+@dataclass(frozen=True)
+class BloomingFigures:
+    """How a blooming tree lies flat.
+
+    Attributes:
+        bound: overlapping paths that share no crease: every net that keeps the panels whole needs as many
+            edits.
+        overlaps: overlapping face pairs.
+        depth: folds to the farthest face.
+    """
+
+    bound: int
+    overlaps: int
+    depth: int
 
 
 @dataclass(frozen=True)
@@ -26,7 +44,8 @@ class BaseRank:
 
     Attributes:
         face: the base face, the largest of its panel.
-        overlaps: overlapping pairs in the best of its blooming trees.
+        bound: fewest edits from the best of its blooming trees, see ``BloomingFigures``.
+        overlaps: overlapping pairs in that tree.
         tree: that tree.
         depth: folds to the farthest face in it.
         panel_area: area of the flat panel around the face, mm².
@@ -35,6 +54,7 @@ class BaseRank:
     """
 
     face: int
+    bound: int
     overlaps: int
     tree: TreeName
     depth: int
@@ -48,8 +68,9 @@ def rank_bases(
 ) -> list[BaseRank]:
     """Base faces in order of promise, one for each flat panel.
 
-    The score is ``overlaps / F + 2 depth / sqrt(F) - log2(1 + panel area share * F) / 4 - min(1, edge / 10
-    mm) / 4`` with F faces: few overlaps, few folds in a row, a large panel, a long side for the tabs.
+    The score is ``bound / sqrt(F) + overlaps / 2F + 2 depth / sqrt(F) - log2(1 + panel area share * F) / 4 -
+    min(1, edge / 10 mm) / 4`` with F faces: few edits, few overlaps, few folds in a row, a large panel, a
+    long side for the tabs.
 
     Args:
         goal: the goal, or its dual graph.
@@ -74,23 +95,35 @@ def rank_bases(
     grower = TreeGrower(graph)
     ranked = []
     for face in candidates.tolist():
-        overlaps, depth, tree = min((*_figures(grower, face, name), name) for name in BLOOMING_TREES)
+        figures = {name: blooming_figures(grower, face, name) for name in BLOOMING_TREES}
+        tree = min(BLOOMING_TREES, key=lambda name: (_weight(figures[name], faces), figures[name].depth))
+        best = figures[tree]
         outline = base_outline(graph, graph.panel == graph.panel[face])
         longest = float(graph.side_length[outline[:, 0], outline[:, 1]].max())
         own = float(panel_area[graph.panel[face]])
         share = own / float(area.sum())
-        score = overlaps / faces + 2.0 * depth / faces**0.5
+        score = _weight(best, faces) + 2.0 * best.depth / faces**0.5
         score -= 0.25 * float(np.log2(1.0 + share * faces)) + 0.25 * min(1.0, longest / 10.0)
-        ranked.append(BaseRank(face, overlaps, tree, depth, own, longest, score))
+        ranked.append(BaseRank(face, best.bound, best.overlaps, tree, best.depth, own, longest, score))
     ranked.sort(key=lambda rank: (round(rank.score, 9), rank.face))
     return ranked[:count]
 
 
-def _figures(grower: TreeGrower, base: int, name: TreeName) -> tuple[int, int]:
-    """Overlapping pairs and greatest depth of one blooming tree."""
+def blooming_figures(grower: TreeGrower, base: int, name: TreeName) -> BloomingFigures:
+    """Lay the blooming tree ``name`` around ``base`` flat and look at it."""
     arrays = grower.arrays
     grower.blooming(base, name)
     root_tree(arrays, base)
     lay_flat(arrays)
-    overlaps = all_overlaps(arrays, arrays.entry, 0)
-    return int(overlaps), int(arrays.node[DEPTH].max())
+    overlaps = int(all_overlaps(arrays, arrays.entry, 0))
+    bound = 0
+    if overlaps:
+        pairs = np.empty((overlaps, 2), dtype=np.int64)
+        all_overlaps(arrays, pairs, overlaps)
+        bound = int(packed_paths(arrays, pairs, overlaps))
+    return BloomingFigures(bound, overlaps, int(arrays.node[DEPTH].max()))
+
+
+def _weight(figures: BloomingFigures, faces: int) -> float:
+    """What a tree's overlaps weigh among ``faces`` faces."""
+    return figures.bound / math.sqrt(faces) + 0.5 * figures.overlaps / faces

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.atomic_file import write_atomic
+from planner.base_trial import BaseTrial
 from planner.dual_graph import DualGraph
 from planner.errors import FormatError
 from planner.goal_mesh import GoalMesh
@@ -62,6 +63,8 @@ def write_fold(net: Net, path: str | os.PathLike[str]) -> None:
             **({} if certificate.proof is None else {"proof": certificate.proof.to_json()}),
         },
     }
+    if certificate.bases:
+        data["blossom:bases"] = [trial.to_json() for trial in certificate.bases]
     rows = [f"{json.dumps(key)}: {_dump(value)}" for key, value in data.items()]
     write_atomic(path, ("{\n" + ",\n".join(rows) + "\n}\n").encode())
 
@@ -322,8 +325,18 @@ class _Reader:
             raise self.fail("blossom:certificate", f"proof: {error}") from None
         return NetCertificate(
             numbers["blooming_overlaps"], numbers["edits"], numbers["lower_bound"], optimal,
-            numbers["faces_left_out"], words["method"], words["tree"], proof,
+            numbers["faces_left_out"], words["method"], words["tree"], proof, self._bases(),
         )  # fmt: skip
+
+    def _bases(self) -> tuple[BaseTrial, ...]:
+        """The bases that were tried; none where the file does not say."""
+        found = self.data.get("blossom:bases", [])
+        if not isinstance(found, list):
+            raise self.fail("blossom:bases", "expected a list")
+        try:
+            return tuple(BaseTrial.from_json(item) for item in found)
+        except ValueError as error:
+            raise self.fail("blossom:bases", str(error)) from None
 
 
 def _dump(value: object) -> str:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
+from planner.base_choice import base_trials
 from planner.base_faces import SAMPLE_ABOVE, rank_bases
 from planner.blooming_trees import BLOOMING_TREES
 from planner.dual_graph import DualGraph
@@ -61,11 +63,12 @@ def make_net(
         check_only_pattern(graph)
     budget = DEFAULT_BUDGET_S if budget_s is None else budget_s
     best: NetAttempt | None = None
-    found, tried = 0, 0
+    attempts: list[NetAttempt] = []
+    found = 0
     enough = max(1, min(BASES_TRIED, BASES_TRIED * 1000 // count))
     for base in _bases(graph, base_face, seed):
         attempt = make(graph, base, seed, budget)
-        tried += 1
+        attempts.append(attempt)
         budget -= attempt.work / WORK_PER_SECOND
         if best is None or attempt_order(attempt) < attempt_order(best):
             best = attempt
@@ -74,10 +77,13 @@ def make_net(
             break
     if best is None or not best.is_net:
         raise no_net_error(
-            graph, best, method=method, tried=tried, base_face=base_face, seed=seed,
+            graph, best, method=method, tried=len(attempts), base_face=base_face, seed=seed,
             budget_s=DEFAULT_BUDGET_S if budget_s is None else budget_s, left_s=budget,
         )  # fmt: skip
-    return best.to_net(method)
+    net = best.to_net(method)
+    attempts.sort(key=attempt_order)  # keeps the order of those that are equal
+    bases = base_trials(graph, attempts) if len(attempts) > 1 else ()
+    return replace(net, certificate=replace(net.certificate, bases=bases))
 
 
 def starting_layouts(

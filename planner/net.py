@@ -13,6 +13,7 @@ from planner.goal_mesh import GoalMesh
 from planner.values import content_sha256, frozen_array
 
 if TYPE_CHECKING:
+    from planner.base_trial import BaseTrial
     from planner.net_proof import NetProof
 
 __all__ = ["FLAT_FOLD_RAD", "Net", "NetCertificate"]
@@ -34,6 +35,8 @@ class NetCertificate:
         method: the method that made the net, e.g. ``"nb"``.
         tree: the blooming tree that it started from, e.g. ``"steepest"``.
         proof: of ``lower_bound``, None if nothing was proven.
+        bases: base faces that were tried, the chosen one first and then the runners-up, best first; empty if
+            there was no choice.
     """
 
     blooming_overlaps: int
@@ -44,6 +47,7 @@ class NetCertificate:
     method: str = "nb"
     tree: str = "steepest"
     proof: NetProof | None = None
+    bases: tuple[BaseTrial, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,9 @@ from collections.abc import Callable, Collection
 
 import numpy as np
 
+from planner.base_choice import base_trials, choice_of_bases
 from planner.base_faces import rank_bases
+from planner.base_trial import BaseTrial
 from planner.blooming_trees import BLOOMING_TREES
 from planner.dual_graph import DualGraph
 from planner.errors import NetError, PlanError
@@ -18,7 +20,7 @@ from planner.fold_problem import RULES, FoldProblem
 from planner.fold_search import Candidate, SearchSettings, axis_angles, folding_order, judge, search
 from planner.insets import edge_insets
 from planner.lost_folds import foldable_share
-from planner.nearly_blooming import certify, nearly_blooming
+from planner.nearly_blooming import NetAttempt, certify, nearly_blooming
 from planner.net import Net
 from planner.pattern_check import with_pattern
 from planner.placement import place_net
@@ -79,7 +81,7 @@ def plan_folds(
     insets = edge_insets(net, limits.thickness, limits.clearance)
     problem = FoldProblem(net.goal, insets, limits, hidden_max=hidden_max, without=without)
     deadline = None if budget_s is None else time.monotonic() + budget_s
-    found, notices = _nets_to_fold(net, problem, seed, deadline, fixed_base, keep_net, tell)
+    found, trials, notices = _nets_to_fold(net, problem, seed, deadline, fixed_base, keep_net, tell)
     notices += tuple(
         f"rule {rule} is kept all the same: this planner cannot do without it"
         for rule in ALWAYS_KEPT
@@ -91,7 +93,7 @@ def plan_folds(
         if best is not None and (plan_cost(best) <= candidate.cost + LEAST_GAIN or number >= FINALISTS):
             break  # the sheet only ever takes away from what the search found
         tell(0.9 + 0.09 * number / len(found), "folding with the sheet in place")
-        chosen, axis_rad = _net_of(candidate, net, keep_net)
+        chosen, axis_rad = _net_of(candidate, net, keep_net, trials)
         try:
             placed = place_net(chosen, limits, axis_rad)
             sheet = make_sheet(placed, limits)
@@ -125,8 +127,8 @@ def _nets_to_fold(
     fixed_base: bool,
     keep_net: bool,
     tell: Callable[[float, str], None],
-) -> tuple[list[Candidate], tuple[str, ...]]:
-    """Nets that fold well, best first, and notices.
+) -> tuple[list[Candidate], tuple[BaseTrial, ...], tuple[str, ...]]:
+    """Nets that fold well, best first, the bases that were tried, best first, and notices.
 
     The further ones stand in where the sheet around a better one cannot be held or turned.
     """
@@ -141,28 +143,40 @@ def _nets_to_fold(
         raise NetError(f"the net overlaps itself at faces {', '.join(map(str, pairs[:8]))}", pairs)
     evaluations = min(MOST_EVALUATIONS, EVALUATION_BUDGET // len(net.faces))
     settings = SearchSettings(CHAINS, evaluations, seed, fixed_base, deadline)
+    trials: tuple[BaseTrial, ...] = ()
     if keep_net:
         found = [min((judge(given, problem, axis) for axis in axis_angles(problem)), key=lambda c: c.cost)]
     else:
-        found = search([given, *_starts(graph, net.base_face, fixed_base, seed)], problem, settings, tell)
+        starts = _starts(graph, net.base_face, fixed_base, seed)
+        found = search([given, *(start.layout for start in starts)], problem, settings, tell)
+        if not fixed_base:
+            costs = {id(candidate.layout): candidate.cost for candidate in found}
+            starts.sort(key=lambda start: costs.get(id(start.layout), math.inf))
+            quick = [costs.get(id(start.layout), math.inf) for start in starts]
+            trials = base_trials(graph, starts, dict(enumerate(quick)))
     notices: tuple[str, ...] = ()
     if settings.late:
         notices = (
             "the time budget ended the search, so another run may give another plan; a larger --budget helps",
         )
-    return found[: 3 * FINALISTS], notices
+    return found[: 3 * FINALISTS], trials, notices
 
 
-def _net_of(candidate: Candidate, net: Net, keep_net: bool) -> tuple[Net, float | None]:
+def _net_of(
+    candidate: Candidate, net: Net, keep_net: bool, trials: tuple[BaseTrial, ...]
+) -> tuple[Net, float | None]:
     """The net of a candidate with its certificate, and the rotary axis in it (None: any that fits)."""
     layout = candidate.layout
-    made = net if keep_net else layout.to_net(certify(layout, net.certificate.method))
+    made = net
+    if not keep_net:
+        certificate = certify(layout, net.certificate.method)
+        made = layout.to_net(choice_of_bases(layout.graph, layout.base, certificate, candidate.cost, trials))
     start, end = made.vertices[made.faces[made.base_face, :2]]
     heading = math.atan2(end[1] - start[1], end[0] - start[0])
     return made, heading + candidate.axis_rad if math.isfinite(candidate.cost) else None
 
 
-def _starts(graph: DualGraph, base: int, fixed_base: bool, seed: int) -> list[FlatLayout]:
+def _starts(graph: DualGraph, base: int, fixed_base: bool, seed: int) -> list[NetAttempt]:
     """Overlap-free nets to start from: promising bases, or other trees of the one base."""
     if fixed_base:
         attempts = [
@@ -173,4 +187,4 @@ def _starts(graph: DualGraph, base: int, fixed_base: bool, seed: int) -> list[Fl
     else:
         ranked = rank_bases(graph, STARTS, seed=seed)
         attempts = [nearly_blooming(graph, rank.face, tree=rank.tree, seed=seed) for rank in ranked]
-    return [attempt.layout for attempt in attempts if attempt.is_net]
+    return [attempt for attempt in attempts if attempt.is_net]

@@ -142,8 +142,8 @@ def _load_kernels() -> None:
         view_kernels,
     )
 
-    del base_kernels, nb_kernels, net_kernels, no_good_kernels, overlap_kernels, plan_kernels, restore_kernels, tree_kernels
-    del view_kernels
+    del base_kernels, nb_kernels, net_kernels, no_good_kernels, overlap_kernels, plan_kernels, restore_kernels
+    del tree_kernels, view_kernels
 
 
 @contextmanager
