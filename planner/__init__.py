@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from planner.base_faces import rank_bases as rank_bases
     from planner.blooming_trees import blooming_tree as blooming_tree
     from planner.contact_certificate import certify_contact as certify_contact
-    from planner.diagnose import diagnose as diagnose
     from planner.cured_net import make_net_with_cures as make_net_with_cures
+    from planner.diagnose import diagnose as diagnose
     from planner.dual_graph import DualGraph as DualGraph
     from planner.errors import FormatError as FormatError
     from planner.errors import MeshError as MeshError

@@ -20,9 +20,9 @@ def net_stage(ws: Workspace, mesh: MeshOptions, options: NetOptions, machine: Ma
         NetError: if it has no net.
         UsageError: if the method or the base does not exist.
     """
+    from planner.cured_net import make_net_with_cures
     from planner.fold_file import write_fold
     from planner.goal_file import write_goal_ply
-    from planner.cured_net import make_net_with_cures
     from planner.net_methods import NET_METHODS
     from planner.read_goal import read_goal
 
