@@ -86,9 +86,10 @@ def run_bench(
         rows = read_rows(target)
     seen = {(row.mesh, row.net, row.seed) for row in rows}
     left = [case for case in cases if (case.mesh.stem, case.net, case.seed) not in seen]
-    with target.open("a", newline="", encoding="utf-8") as file:
-        if not rows:
-            _writer(file).writeheader()
+    with target.open("w", newline="", encoding="utf-8") as file:
+        _writer(file).writeheader()
+        _writer(file).writerows(asdict(row) for row in rows)
+        file.flush()
         try:
             with progress.stage("bench", f"{len(left)} nets"), _results(left, settings, jobs) as results:
                 for number, more in enumerate(results, 1):
@@ -113,24 +114,34 @@ def write_tables(rows: Sequence[Row], settings: BenchSettings, folder: Path, com
 
 
 def read_rows(path: Path) -> list[Row]:
-    """The rows of a ``paper.csv``; a line that was cut off is left out, and so is the rest of its case.
+    """The rows of a ``paper.csv``; a case at the end that was cut off while it was written is left out.
 
     Raises:
         UsageError: if the file has other columns.
     """
     names = [field.name for field in fields(Row)]
     with path.open(newline="", encoding="utf-8") as file:
-        reader = csv.DictReader(file)
-        if reader.fieldnames != names:
-            raise UsageError(f"{path} has other columns than this version writes; give another -o")
-        out = []
-        for values in reader:
-            converted: dict[str, object] = dict(values)
-            for name in _NUMBERS:
-                converted[name] = int(values[name]) if values[name] else None
-            for name in _DECIMALS:
-                converted[name] = float(values[name]) if values[name] else None
-            out.append(Row(**converted))  # type: ignore[arg-type]  # the columns are the fields
+        text = file.read()
+    reader = csv.DictReader(text.splitlines(keepends=True))
+    if reader.fieldnames != names:
+        raise UsageError(f"{path} has other columns than this version writes; give another -o")
+    lines = list(reader)
+    if not text.endswith("\n") and lines:  # the last line is not whole, and nor is its case
+        last = [lines[-1][name] for name in ("mesh", "net", "seed")]
+        before = [lines[-2][name] for name in ("mesh", "net", "seed")] if len(lines) > 1 else last
+        lines = [
+            line
+            for line in lines[:-1]
+            if [line[name] for name in ("mesh", "net", "seed")] not in (last, before)
+        ]
+    out = []
+    for values in lines:
+        converted: dict[str, object] = dict(values)
+        for name in _NUMBERS:
+            converted[name] = int(values[name]) if values[name] else None
+        for name in _DECIMALS:
+            converted[name] = float(values[name]) if values[name] else None
+        out.append(Row(**converted))  # type: ignore[arg-type]  # the columns are the fields
     return out
 
 

@@ -100,11 +100,11 @@ def markdown(rows: Sequence[Row], settings: BenchSettings, command: str) -> str:
     parts = [
         "# The paper's comparison\n",
         f"`{command}`\n",
-        f"{len(meshes)} meshes of at most {settings.max_faces} faces, seeds: {len(seeds)}. NB: nearly-blooming "
-        "nets, GA: nets of the genetic algorithm; FP: the fold planner on that one net, MP: the traditional "
-        "motion planner. Completion is the folded share of all angles. linear, uniform and rrt-connect turn "
-        "all creases at once and know no rule but contact. The paper's figures are those of its own meshes, "
-        "nets and machine: they stand beside ours, they are not of the same input.\n",
+        f"Meshes of at most {settings.max_faces} faces: {len(meshes)}; seeds: {len(seeds)}. NB: nearly-"
+        "blooming nets, GA: nets of the genetic algorithm; FP: the fold planner on that one net, MP: the "
+        "traditional motion planner. Completion is the folded share of all angles. linear, uniform and "
+        "rrt-connect turn all creases at once and know no rule but contact. The paper's figures are those "
+        "of its own meshes, nets and machine: they stand beside ours, they are not of the same input.\n",
         "## Mean completion, all rules\n",
         *_headline_table(rows),
         "",
