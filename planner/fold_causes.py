@@ -128,7 +128,8 @@ def _cause(net: Net, state: FoldState, face: int, triangles: NDArray[np.int64], 
     carried = blocker in ahead.members(face).tolist()
     faces, creases = tree_path(net, parent if carried else face, blocker)
     view = View(float(beams[past_flap][best]), reach, float(table[best, 1]), blocker)
-    return Diagnosis("sight", reach, blocker, -1, carried, (*views[:1], view), faces, creases, loss_mm)
+    both = (*(v for v in views[:1] if v.rotary_rad != view.rotary_rad), view)
+    return Diagnosis("sight", reach, blocker, -1, carried, both, faces, creases, loss_mm)
 
 
 def _views(state: FoldState, face: int, beams: NDArray[np.float64]) -> tuple[View, ...]:

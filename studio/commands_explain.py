@@ -50,10 +50,11 @@ def explain(
     plan = ws.plan
     if crease is not None and crease not in plan.net.child_of:
         raise UsageError(
-            f"edge {crease} is not a crease of the net; leave the number out to see all creases that are blocked"
+            f"edge {crease} is not a crease of the net; leave it out to see all creases that are blocked"
         )
     chosen = [b for b in plan.blocked if crease in (None, b.crease)]
-    if chosen and (deep or any(b.diagnosis is None for b in chosen)):
+    unknown = [b for b in chosen if b.diagnosis is None or (crease is not None and b.diagnosis.tries == 0)]
+    if chosen and (deep or unknown):
         compile_kernels(ws)
         with progress.stage("diagnose", "folding again with changes"):
             whole = diagnose(plan, Effort() if deep else None, only=crease)

@@ -44,10 +44,14 @@ def story(plan: FoldPlan, blocked: Blocked) -> list[str]:
     if others:
         lines.append("  tried, does not free it:")
         lines += [f"    - {cure_text(plan, cure)}" for cure in others]
-    if not found.cures:
-        lines.append("  no cure was found" if not found.capped else "  no cure was looked for or found")
-    if found.capped:
-        lines.append("  not everything that could be tried was tried")
+    if found.tries == 0 and found.capped:
+        lines.append(f"  cures were not looked for yet: blossom explain DIR {blocked.crease} does")
+    elif not freeing:
+        lines.append(
+            "  no change that was tried frees it" + (", and not all were tried" if found.capped else "")
+        )
+    elif found.capped:
+        lines.append("  not every change that is possible was tried")
     return lines
 
 
