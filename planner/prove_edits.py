@@ -39,7 +39,12 @@ def prove_edits(
         DualGraph(net.goal), net.base_face, tree=tree, seed=seed, seconds=seconds, progress=progress
     )
     if found.attempt.is_net and (not blooming or found.attempt.edits <= certificate.edits):
-        return found.attempt.to_net("exact")
+        proven = found.attempt.to_net("exact")
+        bases = tuple(
+            replace(trial, edits=proven.certificate.edits) if trial.face == proven.base_face else trial
+            for trial in certificate.bases
+        )
+        return replace(proven, certificate=replace(proven.certificate, bases=bases))
     if not blooming:
         return net
     certificate = replace(

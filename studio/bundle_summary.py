@@ -46,6 +46,7 @@ def bundle_summary(ws: Workspace, replay: str = "") -> Summary:
         "optimal": certificate.optimal,
         "base_face": net.base_face,
         "tree": certificate.tree,
+        "bases": tuple(trial.to_json() for trial in certificate.bases),
         "proof_s": ws.progress.seconds.get("prove"),
         "faces_left_out": certificate.faces_left_out,
         "planned": planned,

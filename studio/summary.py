@@ -11,6 +11,9 @@ from studio.progress import duration_text
 
 __all__ = ["Summary", "print_summary"]
 
+RUNNERS_UP = 3
+"""Base faces beside the chosen one that are shown."""
+
 
 @dataclass(frozen=True)
 class Summary:
@@ -26,6 +29,7 @@ class Summary:
         optimal: the edits were proven fewest.
         base_face: the face of the net that stays where it is.
         tree: the blooming tree from which edits are counted.
+        bases: base faces that were tried, the chosen one first, as in ``net.fold``.
         proof_s: seconds that the proof took.
         faces_left_out: faces of the goal that the net does not have.
         completion: folded share, 0 to 1.
@@ -59,6 +63,7 @@ class Summary:
     optimal: bool = False
     base_face: int = 0
     tree: str = ""
+    bases: tuple[dict[str, Any], ...] = ()
     proof_s: float | None = None
     faces_left_out: int = 0
     completion: float = 0.0
@@ -102,7 +107,7 @@ class Summary:
         Args:
             limit_s: seconds that the proof could take.
         """
-        edits = "1 edit" if self.edits == 1 else f"{self.edits or 'no'} edits"
+        edits = _edits(self.edits)
         which = f"from the {self.tree} tree of base face {self.base_face}"
         took = "" if self.proof_s is None else f" ({duration_text(self.proof_s)})"
         if self.optimal:
@@ -114,6 +119,14 @@ class Summary:
             f"not proven fewest{took}: {edits} {which}, at least {self.lower_bound} needed, "
             f"gap {self.edits - self.lower_bound}{end}"
         )
+
+    def _base_choice(self) -> str:
+        """The base face and the next best ones, with the edits of their nets."""
+        others = ", ".join(
+            f"{base['face']} ({_edits(base['edits']) if base['edits'] >= 0 else 'no net found'})"
+            for base in self.bases[1 : 1 + RUNNERS_UP]
+        )
+        return f"face {self.base_face}" + (f"; next best {others}" if others else "")
 
     def _clipped(self) -> str:
         if not self.clipped_faces:
@@ -153,6 +166,8 @@ class Summary:
         if self.faces_left_out:
             rows.append(("left out", f"{self.faces_left_out} of {self.faces + self.faces_left_out} faces"))
         rows.append(("net edits", edits))
+        if self.bases:
+            rows.append(("base", self._base_choice()))
         if self.planned:
             rows += [
                 ("folded", f"{100 * self.completion:.1f} %"),
@@ -183,6 +198,10 @@ class Summary:
         if self.bundle:
             rows.append(("bundle", self.bundle))
         return rows
+
+
+def _edits(number: int) -> str:
+    return "1 edit" if number == 1 else f"{number or 'no'} edits"
 
 
 def print_summary(summary: Summary, *, as_json: bool = False, stream: TextIO | None = None) -> None:

@@ -98,6 +98,13 @@ def test_the_proof_in_words(edits, bound, seconds, words):
     assert summary.proof(30.0) == words
 
 
+def test_the_next_best_bases_are_told():
+    stream = io.StringIO()
+    bases = tuple({"face": face, "edits": edits} for face, edits in ((7, 2), (3, 1), (1, 4), (0, -1), (5, 9)))
+    print_summary(small_summary(bases=bases, base_face=7), stream=stream)
+    assert "base         face 7; next best 3 (1 edit), 1 (4 edits), 0 (no net found)\n" in stream.getvalue()
+
+
 def test_missing_faces_are_told_first():
     stream = io.StringIO()
     summary = small_summary(faces_left_out=2)
