@@ -44,13 +44,17 @@ def bench(
         Parameter(metavar="MM", validator=positive, help="Scale every mesh to this longest side."),
     ] = None,
     nets: Annotated[
-        list[str], Parameter(metavar="NAME", consume_multiple=True, help="Methods of nets.")
+        list[str],
+        Parameter(
+            metavar="NAME", consume_multiple=True, show_default=False, help="Methods of nets [nb ga]."
+        ),
     ] = list(NETS),  # noqa: B006  never changed
     planners: Annotated[
         list[str],
         Parameter(
-            metavar="NAME", consume_multiple=True,
-            help="Planners; also fp-search (the fold planner with its search for other nets), rrt-connect.",
+            metavar="NAME", consume_multiple=True, show_default=False,
+            help="Planners [fp mp first-block linear uniform]; also fp-search (fp that tries other nets too) "
+            "and rrt-connect (needs OMPL).",
         ),
     ] = list(PLANNERS),  # noqa: B006  never changed
     variants: Annotated[
@@ -94,7 +98,7 @@ def bench(
     Examples:
         blossom bench paper -o out/paper
 
-        blossom bench paper --meshes ../shared/meshes/proc --max-faces 60 --seeds 1 --variants all flips -j 2
+        blossom bench paper --meshes ../shared/meshes/proc --max-faces 60 --seeds 1 -j 2
     """
     from planner.motion_baselines import FOLD_METHODS
     from planner.net_methods import NET_METHODS

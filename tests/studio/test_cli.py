@@ -31,6 +31,7 @@ COMMANDS = (
     "rigs",
     "materials",
     "demo",
+    "bench",
 )
 BLOSSOM = [sys.executable, "-m", "studio.cli"]
 
