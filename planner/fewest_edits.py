@@ -256,20 +256,19 @@ class _Search:
         rounds = 0
         while shares is not None:
             fresh = self._learn(self.finder.violated(shares.kept, SEARCH_WORK))
-            self._improve(node, shares)
-            if node.bound >= self.upper:
-                return None
             if fresh == 0 or (rounds >= 4 and node is not self.root and not _is_whole(shares.kept)):
                 break
+            if node is self.root:
+                self._improve(shares)
             rounds += 1
             shares = self._solve(node)
         if shares is None:
             return None
-        return self._branch(node, shares)
+        self._improve(shares)
+        return None if node.bound >= self.upper else self._branch(node, shares)
 
-    def _improve(self, node: BranchNode, shares: TreeShares) -> None:
+    def _improve(self, shares: TreeShares) -> None:
         """Make a net from the shares; keep it if it is better."""
-        del node
         start = shared_tree(self.graph, self.blooming, self.frozen, shares.kept)
         found = net_from_shares(
             self.graph, self.base, self.blooming, start, self.best, self.seed, cut_panels=self.cut_panels
