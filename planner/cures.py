@@ -44,7 +44,7 @@ class Effort:
 
     @classmethod
     def small(cls) -> Effort:
-        """For every plan: two or three seconds on 128 faces."""
+        """For every plan: about three seconds on 128 faces."""
         return cls(creases=4, shared=1500, each=900, axes=5, sheets=1, states=100, failures=False)
 
 

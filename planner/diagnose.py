@@ -22,7 +22,7 @@ def diagnose(plan: FoldPlan, effort: Effort | None = None, *, only: int | None =
 
     Args:
         plan: a finished plan.
-        effort: how much is tried; None: ``Effort.small()``, two or three seconds on 128 faces.
+        effort: how much is tried; None: ``Effort.small()``, about three seconds on 128 faces.
         only: look for cures of this crease only; the others get their causes.
     """
     if not plan.blocked:

@@ -118,6 +118,11 @@ def test_a_face_that_hides_the_crease_is_named_with_the_path():
     assert found.path_faces[-1] == found.blocker
     assert crease in found.path_creases
     assert len(found.path_creases) == len(found.path_faces) - 1
+    # in no order, as long as the lid is folded as far as it goes; less of it and the crease is free
+    assert found.proof is not None
+    assert found.proof.kind == "orders"
+    assert found.proof.states >= 3
+    assert any(cure.kind == "unfold" and cure.frees for cure in found.cures)
 
 
 def test_contact_names_the_pair_and_a_rectangular_spiral_touches_itself():
