@@ -75,9 +75,17 @@ def make_net(
         found += attempt.is_net
         if (best.is_net and best.roomy and found >= enough) or budget <= 0.0:
             break
+    if method == "nb" and (best is None or not best.is_net) and budget > 0.0:
+        for attempt in _with_cut_panels(graph, [attempt.layout.base for attempt in attempts], seed, budget):
+            budget -= attempt.work / WORK_PER_SECOND
+            attempts.append(attempt)
+            if attempt.is_net or budget <= 0.0:
+                best = min(attempts, key=attempt_order)
+                break
     if best is None or not best.is_net:
+        tried = len({attempt.layout.base for attempt in attempts})
         raise no_net_error(
-            graph, best, method=method, tried=len(attempts), base_face=base_face, seed=seed,
+            graph, best, method=method, tried=tried, base_face=base_face, seed=seed,
             budget_s=DEFAULT_BUDGET_S if budget_s is None else budget_s, left_s=budget,
         )  # fmt: skip
     net = best.to_net(method)
@@ -120,6 +128,17 @@ def starting_layouts(
                 seen.add(key)
                 (roomy if attempt.roomy else narrow).append(attempt.layout)
     return (roomy + narrow)[:count]
+
+
+def _with_cut_panels(graph: DualGraph, bases: list[int], seed: int, budget_s: float) -> Iterator[NetAttempt]:
+    """The search with flat panels cut as well, for goals that have no net with whole panels, as it seems.
+
+    Goals whose panels have holes are left out: the method itself cuts those.
+    """
+    if not graph.has_rings and graph.flat_forest.any():
+        for base in bases:
+            for tree in BLOOMING_TREES:
+                yield nearly_blooming(graph, base, tree=tree, seed=seed, budget_s=budget_s, cut_panels=True)
 
 
 def _bases(graph: DualGraph, base_face: int | None, seed: int) -> Iterator[int]:
