@@ -18,9 +18,8 @@ from planner.linear_folding import JointMotion
 
 __all__ = ["DEFAULT_BUDGET_S", "best_of_rrt_connect"]
 
-MOST_RELIEFS = 2000
-RELIEF = 0.99
-"""Creases between two faces that touch at the goal are opened by this factor, so often at most."""
+RELIEF, MOST_RELIEFS = 0.998, 3000
+"""A crease between two faces that touch at the goal is opened by this factor, so often at most."""
 
 DEFAULT_BUDGET_S = 10.0
 WORK_PER_SECOND = 700_000.0
@@ -99,14 +98,16 @@ def best_of_rrt_connect(
 
 
 def _free_goal(motion: JointMotion) -> NDArray[np.float64] | None:
-    """The goal angles (F,), opened a little on the ways between faces that touch there; None if in vain."""
+    """The goal angles (F,), a little less on the ways between faces that touch there; None if in vain."""
     angles = motion.tree.target.copy()
-    for _ in range(MOST_RELIEFS):
+    for number in range(MOST_RELIEFS):
         touch = motion.free(angles, angles)
         if touch.face < 0:
             return angles
-        for face in _way(motion.tree.parent, touch.face, touch.other):
-            angles[face] *= RELIEF
+        way = [face for face in _way(motion.tree.parent, touch.face, touch.other) if angles[face] != 0.0]
+        if not way:
+            break
+        angles[way[number % len(way)]] *= RELIEF
     return None
 
 
