@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from planner.errors import PlanError as PlanError
     from planner.errors import PlannerError as PlannerError
     from planner.flat_layout import FlatLayout as FlatLayout
+    from planner.fewest_edits import prove_net as prove_net
     from planner.fold_file import read_fold as read_fold
     from planner.fold_file import write_fold as write_fold
     from planner.fold_plan import FoldPlan as FoldPlan
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from planner.net import Net as Net
     from planner.net import NetCertificate as NetCertificate
     from planner.net_methods import NET_METHODS as NET_METHODS
+    from planner.net_proof import verify_fold as verify_fold
     from planner.overlap import overlapping_faces as overlapping_faces
     from planner.placement import place_net as place_net
     from planner.plan_file import read_plan as read_plan
@@ -78,11 +80,13 @@ _MODULES = {
     "overlapping_faces": "planner.overlap",
     "place_net": "planner.placement",
     "plan_folds": "planner.plan_folds",
+    "prove_net": "planner.fewest_edits",
     "rank_bases": "planner.base_faces",
     "read_fold": "planner.fold_file",
     "read_goal": "planner.read_goal",
     "read_goal_ply": "planner.goal_file",
     "read_plan": "planner.plan_file",
+    "verify_fold": "planner.net_proof",
     "write_fold": "planner.fold_file",
     "write_goal_ply": "planner.goal_file",
     "write_plan": "planner.plan_file",

@@ -137,6 +137,7 @@ class _Search:
         self._started = time.perf_counter()
         self._seconds, self._progress = seconds, progress
         self._told = (-2, -1)
+        self._tries = 0
         self.blooming = TreeGrower(graph).blooming(base, tree)
         self.cut_panels = False
         self.best = self._first_net()
@@ -269,9 +270,16 @@ class _Search:
 
     def _improve(self, shares: TreeShares) -> None:
         """Make a net from the shares; keep it if it is better."""
+        self._tries += 1
         start = shared_tree(self.graph, self.blooming, self.frozen, shares.kept)
         found = net_from_shares(
-            self.graph, self.base, self.blooming, start, self.best, self.seed, cut_panels=self.cut_panels
+            self.graph,
+            self.base,
+            self.blooming,
+            start,
+            self.best,
+            self.seed + self._tries,
+            cut_panels=self.cut_panels,
         )
         if found.is_net and (not self.best.is_net or _quality(found) < _quality(self.best)):
             self.best = found

@@ -9,7 +9,7 @@ from planner._kernels import nb_kernels
 from planner._kernels.net_arrays import BLOOMING, FROZEN
 from planner.dual_graph import DualGraph
 from planner.flat_layout import FlatLayout
-from planner.nearly_blooming import NetAttempt, restore
+from planner.nearly_blooming import NetAttempt, restore, rounds_for
 
 __all__ = ["net_from_shares", "shared_tree"]
 
@@ -73,7 +73,7 @@ def net_from_shares(
         rng = np.array([0x9E3779B97F4A7C15 ^ (seed + 1)], dtype=np.uint64)
         nb_kernels.search(arrays, layout.outline, pairs, found, rng, 200, REPAIR_WORK)
     if not len(layout.overlapping_pairs()):
-        restore(layout, blooming, False)
+        restore(layout, blooming, False, rounds=rounds_for(graph, None), seed=seed)
     layout = FlatLayout(graph, layout.tree, base)
     return NetAttempt(
         layout=layout,
