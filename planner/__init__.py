@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from planner.errors import NetError as NetError
     from planner.errors import PlanError as PlanError
     from planner.errors import PlannerError as PlannerError
-    from planner.flat_layout import FlatLayout as FlatLayout
     from planner.fewest_edits import prove_net as prove_net
+    from planner.flat_layout import FlatLayout as FlatLayout
     from planner.fold_file import read_fold as read_fold
     from planner.fold_file import write_fold as write_fold
     from planner.fold_plan import FoldPlan as FoldPlan
