@@ -12,7 +12,7 @@ from planner.fold_problem import FlatTree, FoldResult
 
 __all__ = ["Trial", "random_trial"]
 
-AXIS_SHARE, BASE_SHARE, ORDER_SHARE, ANYWHERE_SHARE = 0.06, 0.06, 0.1, 0.1
+AXIS_SHARE, BASE_SHARE, ORDER_SHARE, ANYWHERE_SHARE = 0.06, 0.06, 0.2, 0.1
 """Shares of the moves that turn the rotary axis, take another base face, fold in another order, or exchange a
 crease anywhere instead of between two faces that block each other."""
 

@@ -1,4 +1,4 @@
-"""``blossom certify``: prove the plan of a bundle free of contact, once more and from its files alone."""
+"""``blossom certify``: prove a plan free of contact and in sight, once more and from its bundle alone."""
 
 from __future__ import annotations
 
@@ -12,30 +12,34 @@ __all__ = ["certify"]
 
 
 def certify(bundle: Bundle, /, *, json: Json = False, quiet: Quiet = False) -> int:
-    """Prove that nothing touches while a plan is folded, with outward-rounded arithmetic.
+    """Prove that nothing touches while a plan is folded, and that every crease stays in sight of the beam.
 
-    Compares with the contact.json that plan or make left with --certify. Changes nothing in the bundle.
+    Compares with contact.json and sight.json that plan or make left with --certify. Changes nothing in the
+    bundle.
 
     Examples:
         blossom certify out/bunny
     """
     from studio.bundle_check import open_manifest
-    from studio.contact_stage import matches_file, prove_plan
+    from studio.contact_stage import matches_file, prove_plan, prove_sight
     from studio.workspace import Workspace
 
     ws = Workspace(bundle, open_manifest(bundle), Progress(quiet=quiet or json))
     proof = prove_plan(ws)
-    same = matches_file(ws, proof)
+    sight = prove_sight(ws)
+    same = matches_file(ws, proof, sight)
     if json:
         values = {
-            "format": "metal-blossom/certify", "version": 1, "proven": proof.is_proven,
+            "format": "metal-blossom/certify", "version": 1, "proven": proof.is_proven and sight.is_proven,
             "turns": len(proof.turns), "free": proof.free_turns, "margin_mm": proof.margin_mm,
-            "summary": proof.words(), "matches_file": same,
+            "summary": proof.words(), "sight": sight.words(), "sight_proven": sight.is_proven,
+            "matches_file": same,
         }  # fmt: skip
         print(json_text.dumps(values, ensure_ascii=False, allow_nan=False))  # noqa: T201  command output
     else:
         print(proof.words())  # noqa: T201  command output
+        print(sight.words())  # noqa: T201  command output
         if same is not None:
             told = "the same as" if same else "not what is in"
-            print(f"{told} contact.json")  # noqa: T201  command output
-    return DONE if proof.is_proven and same is not False else NO
+            print(f"{told} contact.json and sight.json")  # noqa: T201  command output
+    return DONE if proof.is_proven and sight.is_proven and same is not False else NO

@@ -21,7 +21,9 @@ def test_a_plan_is_proven_and_proven_again(bundle, capsys):
     values = json.loads(capsys.readouterr().out.splitlines()[-1])
     kept = json.loads((bundle / "contact.json").read_bytes())
     assert kept["proven"]
-    assert values["contact"] == kept["summary"]
+    sight = json.loads((bundle / "sight.json").read_bytes())
+    assert sight["proven"]
+    assert values["contact"] == f"{kept['summary']}; {sight['summary']}"
     manifest = read_manifest(bundle)
     assert kept["plan_sha256"] == manifest.sha256_of("plan.json")
     assert kept["net_sha256"] == manifest.sha256_of("net.fold")
@@ -30,10 +32,12 @@ def test_a_plan_is_proven_and_proven_again(bundle, capsys):
     again = json.loads(capsys.readouterr().out)
     assert again["proven"]
     assert again["matches_file"]
+    assert again["sight_proven"]
     assert again["free"] == again["turns"] == kept["turns"]
     assert before == {path.name: path.read_bytes() for path in bundle.iterdir()}
     assert main(["plan", "part", "-q"]) == 0
     assert not (bundle / "contact.json").exists()
+    assert not (bundle / "sight.json").exists()
     assert main(["certify", "part", "-q"]) == 0
     assert "turns certified free" in capsys.readouterr().out
 
