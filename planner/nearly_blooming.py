@@ -134,7 +134,7 @@ def repair_tree(
             edits = int(np.count_nonzero(layout.tree & ~tree))
         work = int(arrays.number[TESTED])
         layout = FlatLayout(graph, layout.tree, base)
-        overlapping = layout.overlapping_pairs()
+        overlapping = layout.overlapping_pairs() if layout.overlaps else overlapping[:0]
     elif not found and not layout.tab_has_room():
         make_room(layout, seed)
         edits = int(np.count_nonzero(layout.tree & ~tree))
@@ -230,13 +230,16 @@ def rounds_for(graph: DualGraph, rounds: int | None) -> int:
 
 
 def certify(layout: FlatLayout, method: str) -> NetCertificate:
-    """Certificate, without a proof, of an overlap-free layout: its edits from the nearest blooming tree."""
+    """Certificate of an overlap-free layout: edits from the nearest blooming tree, bound by packed paths."""
     grower = TreeGrower(layout.graph)
     trees = {name: grower.blooming(layout.base, name) for name in BLOOMING_TREES}
     edits = {name: int(np.count_nonzero(layout.tree & ~tree)) for name, tree in trees.items()}
     name = min(BLOOMING_TREES, key=lambda tree: edits[tree])
     overlaps = FlatLayout(layout.graph, trees[name], layout.base, hold_base=False).overlaps
-    return NetCertificate(overlaps, edits[name], 0, edits[name] == 0, method=method, tree=name)
+    proof = packed_proof(layout, name)
+    return NetCertificate(
+        overlaps, edits[name], proof.bound, edits[name] == proof.bound, method=method, tree=name, proof=proof
+    )
 
 
 def _scramble(seed: int, base: int) -> int:
