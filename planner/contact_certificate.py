@@ -17,7 +17,8 @@ from planner.errors import PlanError
 from planner.fold_plan import Bend, Clip, Fold, FoldPlan
 from planner.fold_problem import FoldProblem
 from planner.insets import edge_insets
-from planner.plan_on_sheet import sheet_solids, tree_of_net
+from planner.plan_on_sheet import tree_of_net
+from planner.sheet_hits import sheet_solids
 
 __all__ = ["ENOUGH_MM", "ContactCertificate", "OpenPair", "TurnProof", "certify_contact"]
 

@@ -8,6 +8,7 @@ from planner.cut_paths import clip_seams, contour_lines, in_travel_order, polyli
 from planner.fold_plan import Clip, Cut, Fold, Polyline, Release, Rotate, Sheet, Step, Wait
 from planner.held_check import check_held
 from planner.holding import Hold
+from planner.metal_pieces import clipped_pieces
 from planner.net import Net
 from planner.net_region import net_union
 
@@ -41,8 +42,13 @@ def fabrication_steps(
     inner, outer, around_base = _grouped(net, polylines(contour), kerf)
     steps: list[Step] = []
     if seams:
-        swept = len(hold.clipped & set(hits))
-        steps.append(Cut(seams, f"outlines the sheet around {swept} triangles that the folds would hit"))
+        pieces, swept = len(clipped_pieces(sheet, hold.clipped)), len(hold.clipped & set(hits))
+        steps.append(
+            Cut(
+                seams,
+                f"outlines what the folds would hit of the sheet: {pieces} pieces, {swept} triangles touched",
+            )
+        )
     if inner:
         steps.append(Cut(in_travel_order(inner), "opens the gaps inside the net"))
     if outer:

@@ -203,7 +203,11 @@ class Blocked:
 
 @dataclass(frozen=True)
 class PlanMetrics:
-    """Figures of a plan; ``energy_j`` and ``seconds`` come from the process, 0 before it is known."""
+    """Figures of a plan; ``energy_j`` and ``seconds`` come from the process, 0 before it is known.
+
+    ``swept_area`` is the area in mm² of the sheet, without frame and net, that the folds pass through: unlike
+    ``clipped_area`` it depends on no triangulation, margin or tether.
+    """
 
     fold_completion: float
     shape_rms: float
@@ -211,6 +215,7 @@ class PlanMetrics:
     rotations: int
     clipped_faces: int = 0
     clipped_area: float = 0.0
+    swept_area: float = 0.0
     energy_j: float = 0.0
     seconds: float = 0.0
 

@@ -17,7 +17,8 @@ from planner.fold_search import fits, flat_tree
 from planner.insets import edge_insets
 from planner.lost_folds import foldable_share
 from planner.placement import place_net
-from planner.plan_on_sheet import fold_on_sheet, sheet_solids, tree_of_net
+from planner.plan_on_sheet import fold_on_sheet, tree_of_net
+from planner.sheet_hits import sheet_solids
 from planner.substrate import make_sheet
 
 __all__ = ["Change", "Trial", "Workbench"]

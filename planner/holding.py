@@ -18,7 +18,7 @@ from planner.metal_pieces import NOWHERE, incentres, metal_left, piece_of
 from planner.net import Net
 from planner.net_region import boundary_edges
 
-__all__ = ["MOST_TABS", "TAB_WIDTHS_MM", "Hold", "hold_base"]
+__all__ = ["MOST_TABS", "TAB_WIDTHS_MM", "Hold", "held_again", "hold_base"]
 
 TAB_WIDTHS_MM = (1.0, 0.6, 0.35)
 """Widths of a tab, the first that finds room is taken."""
@@ -108,6 +108,27 @@ def hold_base(net: Net, sheet: Sheet, limits: MachineLimits, hit: Collection[int
     tether = substrate.corridor(cheapest, ways)
     gone = substrate.cut_off(swept - tether)
     return Hold((cheapest.tab,), tether, tether & swept, gone, limits.kerf)
+
+
+def held_again(
+    net: Net, sheet: Sheet, hold: Hold, tether: Collection[int], gone: Collection[int]
+) -> Hold | None:
+    """``hold`` in another triangulation of the same metal, in which other triangles go.
+
+    Args:
+        net: the placed net.
+        sheet: the new sheet.
+        hold: tabs and kerf.
+        tether: triangles of ``sheet`` that must stay.
+        gone: triangles that must go, none of them in ``tether``.
+
+    Returns:
+        The hold with what is left without a way to the frame clipped too; None if some of the tether were.
+    """
+    substrate = _Substrate(sheet)
+    stays = frozenset(tether)
+    clipped = _with_loose(net, substrate, hold.tabs, substrate.cut_off(frozenset(gone)), hold.kerf_mm)
+    return None if stays & clipped else Hold(hold.tabs, stays, frozenset(), clipped, hold.kerf_mm)
 
 
 def _held(

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.fold_plan import Sheet
 from planner.net_region import LEAST_KERF_MM, THREAD_SHARE
 
 if TYPE_CHECKING:
     from shapely import Geometry
 
-__all__ = ["NOWHERE", "incentres", "metal_left", "piece_of", "thread_mm"]
+__all__ = ["NOWHERE", "clipped_pieces", "incentres", "metal_left", "piece_of", "thread_mm"]
 
 NOWHERE = -1
 """Number of the piece where there is no metal."""
@@ -35,6 +36,14 @@ def metal_left(outline: Geometry, cuts: Geometry, gone: Sequence[Geometry], kerf
     half = 0.5 * max(kerf_mm, LEAST_KERF_MM)
     taken = shapely.union_all([shapely.buffer(cuts, half, quad_segs=6), *gone])
     return outline.difference(taken).buffer(-0.5 * thread_mm(kerf_mm), join_style="mitre")
+
+
+def clipped_pieces(sheet: Sheet, clipped: Collection[int]) -> list[Geometry]:
+    """The connected pieces (shapely polygons) that substrate triangles ``clipped`` fall in."""
+    import shapely
+
+    whole = shapely.union_all(shapely.polygons(sheet.triangles[sorted(clipped)]), grid_size=1e-6)
+    return [part for part in shapely.get_parts(whole).tolist() if part.geom_type == "Polygon"]
 
 
 def piece_of(pieces: Sequence[Geometry], spots: NDArray[np.float64]) -> NDArray[np.int64]:

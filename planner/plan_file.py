@@ -143,6 +143,7 @@ def _record(plan: FoldPlan, hashes: Mapping[str, str]) -> PlanRecord:
             seconds=float(metrics.seconds),
             shape_rms=float(metrics.shape_rms),
             shape_rms_rel=float(metrics.shape_rms_rel),
+            swept_area=float(metrics.swept_area),
         ),
         blocked=tuple(
             r.BlockedRecord(
@@ -227,7 +228,7 @@ def _plan(record: PlanRecord, net: Net) -> FoldPlan:
         metrics=PlanMetrics(
             fold_completion=m.fold_completion, shape_rms=m.shape_rms, shape_rms_rel=m.shape_rms_rel,
             rotations=m.rotations, clipped_faces=m.clipped_faces, clipped_area=m.clipped_area,
-            energy_j=m.energy_j, seconds=m.seconds,
+            energy_j=m.energy_j, seconds=m.seconds, swept_area=m.swept_area,
         ),
         blocked=tuple(
             Blocked(

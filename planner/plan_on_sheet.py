@@ -10,15 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.clearance import check_rotation_clearance
+from planner.clip_regions import clip_swept
 from planner.errors import PlanError
 from planner.fabrication import check_held, fabrication_steps
 from planner.fold_plan import Blocked, Fold, FoldPlan, PlanMetrics, Rotate, Sheet
-from planner.fold_problem import FlatTree, FoldProblem, FoldResult, bounding_spheres, hinge_lines
+from planner.fold_problem import FlatTree, FoldProblem, FoldResult
 from planner.holding import Hold, hold_base
 from planner.lost_folds import foldable_share
+from planner.metal_pieces import incentres, piece_of
 from planner.net import Net
+from planner.sheet_hits import sheet_hits, sheet_solids
 
-__all__ = ["SheetFold", "fold_on_sheet", "plan_on_sheet", "sheet_hits", "tree_of_net"]
+__all__ = ["SheetFold", "fold_on_sheet", "plan_on_sheet", "tree_of_net"]
 
 
 def plan_on_sheet(
@@ -52,6 +55,12 @@ def plan_on_sheet(
             f"the base face {net.base_face} cannot be held: the folds sweep every way from it to the frame. "
             "Choose another base face (--base)"
         )
+    swept_area = 0.0
+    if hits:
+        fitted = clip_swept(net, sheet, hold, hits, tree_of_net(net), result, problem)
+        swept_area = fitted.swept_area
+        kept = _same_places(sheet, kept, fitted.sheet)
+        sheet, hold, hits = fitted.sheet, fitted.hold, fitted.hits
     folds = fold_steps(net, result)
     steps = fabrication_steps(net, sheet, hold, folds, hits)
     plan = FoldPlan(
@@ -59,7 +68,7 @@ def plan_on_sheet(
         sheet=replace(sheet, tabs=hold.tabs),
         limits=limits,
         steps=steps,
-        metrics=_metrics(net, sheet, hold, result),
+        metrics=replace(_metrics(net, sheet, hold, result), swept_area=swept_area),
         blocked=_blocked(net, result, kept),
         hidden_max=problem.hidden_max,
         without=without,
@@ -156,54 +165,6 @@ def fold_steps(net: Net, result: FoldResult) -> tuple[Rotate | Fold, ...]:
     return tuple(steps)
 
 
-def sheet_solids(sheet: Sheet, thickness: float) -> NDArray[np.float64]:
-    """(T, 12, 3) the substrate triangles as solids: prism, triangle, triangle."""
-    flat = np.zeros((len(sheet.faces), 3, 3))
-    flat[:, :, :2] = sheet.triangles
-    up = np.array([0.0, 0.0, 0.5 * thickness])
-    return np.concatenate([flat + up, flat - up, flat, flat], axis=1)
-
-
-def sheet_hits(
-    tree: FlatTree, result: FoldResult, problem: FoldProblem, bodies: NDArray[np.float64]
-) -> dict[int, int]:
-    """Substrate triangles that the folds sweep → number of the first fold that does."""
-    from planner._kernels.contact_kernels import turn_contact
-    from planner._kernels.plan_kernels import turn_solids
-    from planner._kernels.tree_kernels import subtree_ranges
-
-    count = len(tree.parent)
-    solids = np.concatenate([problem.solids(tree), bodies])
-    centres, radii = bounding_spheres(solids)
-    preorder, first, last = subtree_ranges(tree.parent, tree.order)
-    hinges, _ = hinge_lines(tree)
-    present = np.arange(len(solids)) >= count
-    moving, work = np.zeros(len(solids), np.bool_), np.empty((30, 3))
-    sharp = np.concatenate([problem.sharp, np.zeros(len(bodies), np.bool_)])
-    angle = np.zeros(count)
-    found: dict[int, int] = {}
-    for number, (_, which, value) in enumerate(result.steps[result.steps[:, 0] == 1].tolist()):
-        face = int(which)
-        turn = value - angle[face]
-        members = preorder[first[face] : last[face]]
-        ox, oy, ux, uy = (float(x) for x in hinges[face])
-        sign = math.copysign(1.0, turn)
-        moving[members] = True
-        while True:
-            _, _, body = turn_contact(
-                face, int(tree.parent[face]), members, moving, solids, centres, radii, sharp, present,
-                ox, oy, sign * ux, sign * uy, abs(turn), work,
-            )  # fmt: skip
-            if body < 0:
-                break
-            found[int(body) - count] = number
-            present[body] = False
-        moving[members] = False
-        turn_solids(solids, centres, members, ox, oy, ux, uy, turn)
-        angle[face] = value
-    return found
-
-
 def _metrics(net: Net, sheet: Sheet, hold: Hold, result: FoldResult) -> PlanMetrics:
     """Figures of the plan; energy and time are added when the process is known."""
     clipped = sorted(hold.clipped)
@@ -217,6 +178,13 @@ def _metrics(net: Net, sheet: Sheet, hold: Hold, result: FoldResult) -> PlanMetr
         clipped_faces=len(clipped),
         clipped_area=float(area),
     )
+
+
+def _same_places(sheet: Sheet, triangles: NDArray[np.int64], other: Sheet) -> NDArray[np.int64]:
+    """For each of ``triangles`` of ``sheet`` the triangle of ``other`` around its middle."""
+    import shapely
+
+    return piece_of(shapely.polygons(other.triangles), incentres(sheet.triangles[triangles]))
 
 
 def _blocked(net: Net, result: FoldResult, kept: NDArray[np.int64]) -> tuple[Blocked, ...]:

@@ -116,6 +116,7 @@ class MetricsRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     seconds: _NotNegative
     shape_rms: _NotNegative
     shape_rms_rel: _NotNegative
+    swept_area: _NotNegative = 0.0
 
 
 class BlockedRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

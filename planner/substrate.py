@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.errors import PlanError
 from planner.fold_plan import MachineLimits, Sheet
@@ -24,10 +25,11 @@ EDGE_MM, EDGE_SHARE = 8.0, 1.0 / 12.0
 LEAST_PIECE_MM2 = 0.05
 """Smaller islands of metal inside the net are dust and not part of the substrate."""
 
+_CRUMB_MM2 = 1e-7
 _DECIMALS = 4  # of coordinates in mm: frame and substrate must share their corners
 
 
-def make_sheet(net: Net, limits: MachineLimits) -> Sheet:
+def make_sheet(net: Net, limits: MachineLimits, along: Geometry | None = None) -> Sheet:
     """The sheet for a placed net, its substrate triangulated, tabs still to be chosen.
 
     The substrate is the rectangle around the net less the net and its kerf; threads narrower than a tenth of
@@ -36,6 +38,7 @@ def make_sheet(net: Net, limits: MachineLimits) -> Sheet:
     Args:
         net: the net, placed by ``place_net``.
         limits: what the machine allows.
+        along: shapely polygons whose borders shall be edges of the triangulation, if any.
 
     Raises:
         PlanError: if the frame has no width.
@@ -50,17 +53,41 @@ def make_sheet(net: Net, limits: MachineLimits) -> Sheet:
     strip = rectangle(outer).difference(rectangle(inner))
     pieces = substrate_region(net, limits, rectangle(inner))
     longest = max(EDGE_MM, EDGE_SHARE * float(np.ptp(outer, axis=0).max()))
-    vertices, faces, region = triangulate_polygons([strip, *pieces], longest)
+    polygons = [strip, *pieces]
+    frame = np.arange(len(polygons)) == 0
+    if along is not None and not along.is_empty:
+        polygons, frame = _divided(polygons, along)
+    vertices, faces, region = triangulate_polygons(polygons, longest)
     (x0, y0), (x1, y1) = outer.tolist()
     middle = 0.0 if y0 < 0.0 < y1 else 0.5 * (y0 + y1)
     return Sheet(
         outline=np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]),
         vertices=vertices,
         faces=faces,
-        frame_faces=region == 0,
+        frame_faces=frame[region],
         tabs=(),
         rotary_axis=np.array([[x0, middle], [x1, middle]]),
     )
+
+
+def _divided(polygons: list[Geometry], along: Geometry) -> tuple[list[Geometry], NDArray[np.bool_]]:
+    """``polygons``, the first the frame, divided along borders, and which of the parts are of the frame."""
+    import shapely
+
+    grid = 10.0**-_DECIMALS
+    borders = shapely.boundary([*polygons, along])
+    noded = shapely.union_all(borders, grid_size=grid)
+    parts = shapely.get_parts(shapely.polygonize([noded]))
+    spots = shapely.point_on_surface(parts)
+    out: list[Geometry] = []
+    frame: list[bool] = []
+    which, polygon = shapely.STRtree(polygons).query(spots, predicate="within")
+    for part, owner in sorted(zip(which.tolist(), polygon.tolist(), strict=True)):
+        if parts[part].area > _CRUMB_MM2:
+            out.append(shapely.normalize(parts[part]))
+            frame.append(owner == 0)
+    order = sorted(range(len(out)), key=lambda k: (not frame[k], -out[k].area, out[k].bounds))
+    return [out[k] for k in order], np.array([frame[k] for k in order])
 
 
 def substrate_region(net: Net, limits: MachineLimits, inside: Geometry) -> list[Geometry]:

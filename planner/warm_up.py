@@ -110,7 +110,7 @@ def compile_fold_kernels() -> None:
     from planner.fold_problem import FlatTree, FoldProblem
     from planner.fold_state import FoldState, beams_of_side
     from planner.goal_mesh import GoalMesh
-    from planner.plan_on_sheet import sheet_hits
+    from planner.sheet_hits import sheet_hits
 
     points = np.array([[0.0, 0.0, 0.0], [20.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 20.0]])
     tree = FlatTree(

@@ -21,7 +21,8 @@ from planner.kinematics import face_transforms
 from planner.make_net import make_net
 from planner.plan_file import read_plan, write_plan
 from planner.plan_folds import plan_folds
-from planner.plan_on_sheet import sheet_solids, tree_of_net
+from planner.plan_on_sheet import tree_of_net
+from planner.sheet_hits import sheet_solids
 from planner.read_goal import read_goal
 from tests.planner.contact_reference import PRISM_FACES, body
 

@@ -70,7 +70,7 @@ def test_the_keys_are_those_of_the_format(plan):
     assert [data[f"{k}_sha256"][0] for k in ("goal", "net", "rig", "material")] == ["a", "b", "c", "d"]
     assert set(data["metrics"]) == {
         "fold_completion", "clipped_faces", "clipped_area", "rotations", "energy_j", "seconds", "shape_rms",
-        "shape_rms_rel",
+        "shape_rms_rel", "swept_area",
     }  # fmt: skip
     assert set(data["tabs"][0]) == {"edge", "from", "to"}
     assert set(data["blocked"][0]) == {"crease", "reached", "wanted", "by", "with", "at"}
