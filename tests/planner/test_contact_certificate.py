@@ -22,8 +22,8 @@ from planner.make_net import make_net
 from planner.plan_file import read_plan, write_plan
 from planner.plan_folds import plan_folds
 from planner.plan_on_sheet import tree_of_net
-from planner.sheet_hits import sheet_solids
 from planner.read_goal import read_goal
+from planner.sheet_hits import sheet_solids
 from tests.planner.contact_reference import PRISM_FACES, body
 
 LIMITS = MachineLimits(max_tilt_rad=math.radians(45.0), axis_height=180.0, lens_height=220.0)
