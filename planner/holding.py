@@ -17,15 +17,18 @@ from planner.fold_plan import MachineLimits, Sheet, Tab
 from planner.metal_pieces import NOWHERE, incentres, metal_left, piece_of
 from planner.net import Net
 from planner.net_region import boundary_edges
+from planner.tab_strength import TabResistance
 
 __all__ = ["MOST_TABS", "TAB_WIDTHS_MM", "Hold", "held_again", "hold_base"]
 
-TAB_WIDTHS_MM = (1.0, 0.6, 0.35)
-"""Widths of a tab, the first that finds room is taken."""
+TAB_WIDTHS_MM = (1.0, 2.0, 3.0, 0.6, 0.35)
+"""Widths of a tab: of the first three the one whose tabs carry most, the others where there is no room."""
 
+_USUAL = 3  # of these widths
 MOST_TABS = 3
 _PAD_MM = 0.25  # depth of substrate that a tab must reach beyond the kerf
 _LEAST_APART_MM = 3.0
+_DOWN = np.array([0.0, 0.0, 1.0])
 _PLACES_PER_EDGE = 4
 _HIT_PENALTY_MM = 1e4  # a way through substrate that the folds sweep is the last resort
 
@@ -83,15 +86,24 @@ def hold_base(net: Net, sheet: Sheet, limits: MachineLimits, hit: Collection[int
     swept = frozenset(int(t) for t in hit if not sheet.frame_faces[int(t)])
     substrate = _Substrate(sheet)
     places: list[_Place] = []
-    for width in TAB_WIDTHS_MM:
-        places = _tab_places(net, substrate, limits, width)
+    found: list[tuple[float, list[_Place], _Ways]] = []
+    centre = _centre(net)
+    for number, width in enumerate(TAB_WIDTHS_MM):
+        if number >= _USUAL and (places or found):
+            break
+        here = _tab_places(net, substrate, limits, width)
+        places = places or here
         for neck in (width, 0.5 * width):
             ways = substrate.ways(neck, swept)
-            held = [p for p in places if all(t in ways.cost and not ways.blocked[t] for t in p.contact)]
+            held = [p for p in here if all(t in ways.cost and not ways.blocked[t] for t in p.contact)]
             if held:
-                return _held(net, substrate, _spread(held), ways, swept, limits.kerf)
-        if places:
-            break
+                chosen = _spread(held)
+                share = TabResistance([p.tab for p in chosen], limits).share(centre, _DOWN)
+                found.append((round(share, 9), chosen, ways))
+                break
+    if found:
+        _, chosen, ways = min(found, key=lambda one: one[0])
+        return _held(net, substrate, chosen, ways, swept, limits.kerf)
     if not places:
         raise PlanError(
             f"the base face {net.base_face} has no free edge with sheet metal beside it, so no tab can hold "
@@ -129,6 +141,14 @@ def held_again(
     stays = frozenset(tether)
     clipped = _with_loose(net, substrate, hold.tabs, substrate.cut_off(frozenset(gone)), hold.kerf_mm)
     return None if stays & clipped else Hold(hold.tabs, stays, frozenset(), clipped, hold.kerf_mm)
+
+
+def _centre(net: Net) -> NDArray[np.float64]:
+    """(3,) centre of mass of the flat net, mm."""
+    corners = net.vertices[net.faces]
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    return np.append(area @ corners.mean(axis=1) / area.sum(), 0.0)
 
 
 def _held(

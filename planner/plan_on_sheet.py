@@ -20,6 +20,7 @@ from planner.lost_folds import foldable_share
 from planner.metal_pieces import incentres, piece_of
 from planner.net import Net
 from planner.sheet_hits import sheet_hits, sheet_solids
+from planner.tab_strength import tab_notice
 
 __all__ = ["SheetFold", "fold_on_sheet", "plan_on_sheet", "tree_of_net"]
 
@@ -76,7 +77,7 @@ def plan_on_sheet(
         notices=notices,
     )
     _check(plan, without)
-    return plan
+    return replace(plan, notices=(*notices, *tab_notice(plan)))
 
 
 @dataclass(frozen=True, eq=False)
