@@ -119,7 +119,8 @@ def _seal(document: dict[str, Any]) -> str:
 STAGE_OF = {
     "rig.toml": "net", "material.toml": "net", "goal.ply": "net", "net.fold": "net",
     "plan.json": "plan", "sheet.svg": "plan", "sheet.dxf": "plan", "contact.json": "plan",
-    "sight.json": "plan", "model.xml": "validate", "validation.json": "validate", "job.gcode": "job", "job.json": "job",
+    "sight.json": "plan", "model.xml": "validate", "validation.json": "validate", "job.gcode": "job",
+    "job.json": "job",
     "report.html": "report", "motion.glb": "report",
 }  # fmt: skip
 """The stage that writes each file of a bundle."""
