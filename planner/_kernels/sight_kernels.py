@@ -14,6 +14,8 @@ ABOVE_MM = 0.01
 SIGHT_STEP_RAD = math.radians(5.0)
 SIGHT_SUBSTEPS = 3
 REFINED_RAD = math.radians(0.05)
+SLACK_MM = 1e-3
+"""What bounds are widened by against rounding."""
 END_SHARE = 0.02
 """Share of a crease at each end that does not count: neighbours at the shared corners always touch it."""
 
@@ -124,11 +126,170 @@ def union_share(intervals, count):  # type: ignore[no-untyped-def]
 
 
 @inner
+def _sphere_is_clear(cx, cy, cz, r, mx, my, half, beam):  # type: ignore[no-untyped-def]
+    """True if the shadow of a ball stays clear of the crease with the middle (mx, my) and the ``half`` length."""
+    up, near = beam[UP], beam[NEAR]
+    if cz * up < -r - 1.0:
+        return True
+    depth = 1.0 - near * cz
+    if depth <= 0.0:
+        return False
+    sx, sy = cx + beam[KX] * cz, cy + beam[KY] * cz
+    # how far the shadow of the sphere reaches: the slope of the projection, the beam's width
+    if near != 0.0:
+        sx, sy = sx / depth, sy / depth
+    slope = 1.0 + abs(beam[KX] + near * sx) + abs(beam[KY] + near * sy)
+    wider = beam[SPREAD] * (abs(cz * up) + r)
+    reach = r * slope + beam[RADIUS] + wider
+    if near != 0.0:
+        reach = 2.0 * reach / max(1e-3, depth - abs(near) * r) + wider
+    reach += half + 1.0
+    px, py = sx - mx, sy - my
+    return px * px + py * py > reach * reach
+
+
+@inner
+def watch(  # type: ignore[no-untyped-def]
+    panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
+    ox, oy, ux, uy, length, sign, start, end, beam, which, slab, intervals, turned,
+):  # fmt: skip
+    """List the solids that may hide a crease during its turn from ``start`` to ``end``, in order of their numbers.
+
+    All rays to the crease lie in the half-plane of the crease and the light. A moving solid can hide only while
+    its bounding sphere, wider by the beam, meets this half-plane, so seen from the moving part only if it meets
+    the wedge that the half-plane sweeps. A solid that stands still hides the same part at every angle: it is
+    listed only if it hides something.
+
+    Args:
+        panel_a ... sign: as in ``hidden_share``.
+        start, end: 0 <= start <= end <= pi.
+        beam: as in ``covered_interval``.
+        which: (N,) the solids that are found.
+        slab: (N,) of those that move: how near to the half-plane their centres must be to hide anything; of
+            those that stand still: -1.
+        intervals: (N, 2) the parts that are hidden by those that stand still.
+        turned: (3, 3) work space.
+
+    Returns:
+        (number of solids found, how many of them move)
+    """
+    bx, by, half = ox + ux * length, oy + uy * length, 0.5 * length
+    mx, my = 0.5 * (ox + bx), 0.5 * (oy + by)
+    radius, spread, up, near = beam[RADIUS], beam[SPREAD], beam[UP], abs(beam[NEAR])
+    _, ly, lz = _half_plane(ox, oy, ux, uy, beam)
+    cs, ss, ce, se = math.cos(start), math.sin(start) * sign, math.cos(end), math.sin(end) * sign
+    # the half-plane at both ends of the turn as the moving part sees it; times sign: the turn is right-handed
+    sy, sz = sign * (ly * cs + lz * ss), sign * (lz * cs - ly * ss)
+    ey, ez = sign * (ly * ce + lz * se), sign * (lz * ce - ly * se)
+    count, moves = np.int64(0), np.int64(0)
+    for g in range(len(solids)):
+        moving = moving_mask[g]
+        if (flat[g] and not moving) or not present[g] or panel[g] == panel_a or panel[g] == panel_b:
+            continue
+        r = radii[g]
+        if not moving:
+            if _sphere_is_clear(centres[g, 0], centres[g, 1], centres[g, 2], r, mx, my, half, beam):
+                continue
+            for k in range(3):
+                for d in range(3):
+                    turned[k, d] = solids[g, 9 + k, d]
+            if covered_interval(turned, ox, oy, bx, by, beam, False, intervals[count]):
+                which[count], slab[count] = g, -1.0
+                count += 1
+            continue
+        dx, dy, z = centres[g, 0] - ox, centres[g, 1] - oy, centres[g, 2]
+        y = dy * ux - dx * uy
+        wide = r + radius + SLACK_MM
+        if near != 0.0 or spread != 0.0:
+            top = abs(y) + abs(z) + r  # no corner comes higher
+            least = 1.0 - near * top
+            if least < 0.5:  # up to the light itself: no bound
+                which[count], slab[count] = g, np.inf
+                count += 1
+                moves += 1
+                continue
+            wide = r + (radius + spread * top * abs(up) / least) * (1.0 + near * top) + SLACK_MM
+        # outside of the wedge, and not so near to the crease that a corner could rise behind the half-plane
+        if sy * z - sz * y > wide or ey * z - ez * y < -wide:
+            rim = wide + (r + wide * abs(ly)) / abs(lz)
+            if y * y + z * z > rim * rim:
+                continue
+        which[count], slab[count] = g, wide
+        count += 1
+        moves += 1
+    return count, moves
+
+
+@inner
+def _half_plane(ox, oy, ux, uy, beam):  # type: ignore[no-untyped-def]
+    """The half-plane through a crease and the light, in the frame of the crease.
+
+    Returns:
+        (slope along the crease of the shadow per mm of height, unit direction across and up to the light)
+    """
+    kx, ky = beam[KX] + beam[NEAR] * ox, beam[KY] + beam[NEAR] * oy
+    across = ky * ux - kx * uy
+    size = math.copysign(math.sqrt(1.0 + across * across), beam[UP])
+    return kx * ux + ky * uy, -across / size, 1.0 / size
+
+
+@inner
+def watched_share(  # type: ignore[no-untyped-def]
+    count, which, slab, still, solids, centres, radii, ox, oy, ux, uy, length, sign, angle, beam, intervals, turned,
+):  # fmt: skip
+    """Hidden share of a crease at an ``angle`` within the turn for which ``watch`` listed the solids.
+
+    Args:
+        count, which, slab: what ``watch`` found.
+        still: (count, 2) the intervals that ``watch`` found.
+        solids ... turned: as in ``hidden_share``.
+
+    Returns:
+        (share, solid that hides most, -1 if none, what it hides alone)
+    """
+    bx, by, half = ox + ux * length, oy + uy * length, 0.5 * length
+    mx, my = 0.5 * (ox + bx), 0.5 * (oy + by)
+    c, s = math.cos(angle), math.sin(angle) * sign
+    _, ly, lz = _half_plane(ox, oy, ux, uy, beam)
+    used, worst, who = np.int64(0), 0.0, -1
+    for j in range(count):
+        g = which[j]
+        if slab[j] < 0.0:
+            lo, hi = still[j, 0], still[j, 1]
+        else:
+            dx, dy, z = centres[g, 0] - ox, centres[g, 1] - oy, centres[g, 2]
+            w = dy * ux - dx * uy
+            w2, cz = w * c - z * s, w * s + z * c
+            if abs(w2 * lz - cz * ly) > slab[j]:
+                continue
+            a = dx * ux + dy * uy
+            cx, cy = ox + a * ux - w2 * uy, oy + a * uy + w2 * ux
+            if _sphere_is_clear(cx, cy, cz, radii[g], mx, my, half, beam):
+                continue
+            for k in range(3):
+                dx, dy, dz = solids[g, 9 + k, 0] - ox, solids[g, 9 + k, 1] - oy, solids[g, 9 + k, 2]
+                a, w = dx * ux + dy * uy, dy * ux - dx * uy
+                w2 = w * c - dz * s
+                turned[k, 0], turned[k, 1] = ox + a * ux - w2 * uy, oy + a * uy + w2 * ux
+                turned[k, 2] = w * s + dz * c
+            if not covered_interval(turned, ox, oy, bx, by, beam, angle > 0.0, intervals[used]):
+                continue
+            lo, hi = intervals[used, 0], intervals[used, 1]
+        intervals[used, 0], intervals[used, 1] = lo, hi
+        used += 1
+        if hi - lo > worst:
+            worst, who = hi - lo, g
+    if used == 0:
+        return 0.0, -1, 0.0
+    return union_share(intervals, used), who, worst
+
+
+@inner
 def hidden_share(  # type: ignore[no-untyped-def]
     panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
     ox, oy, ux, uy, length, sign, angle, beam, intervals, turned,
 ):  # fmt: skip
-    """Hidden share of the crease of ``face`` when its subtree stands turned by ``angle`` from now.
+    """Hidden share of a crease when its subtree stands turned by ``angle`` from now.
 
     Args:
         panel_a, panel_b: the flat panels on both sides of the crease, which never count.
@@ -147,59 +308,16 @@ def hidden_share(  # type: ignore[no-untyped-def]
     Returns:
         (share, solid that hides most, -1 if none, what it hides alone)
     """
-    bx, by = ox + ux * length, oy + uy * length
-    mx, my = 0.5 * (ox + bx), 0.5 * (oy + by)
-    c, s = math.cos(angle), math.sin(angle) * sign
-    count, worst, who = np.int64(0), 0.0, -1
-    pair = np.empty(2)
-    kx, ky, up, near = beam[KX], beam[KY], beam[UP], beam[NEAR]
-    radius, spread = beam[RADIUS], beam[SPREAD]
-    for g in range(len(solids)):
-        if panel[g] == panel_a or panel[g] == panel_b or not present[g]:
-            continue
-        cx, cy, cz = centres[g, 0], centres[g, 1], centres[g, 2]
-        moving = moving_mask[g]
-        if moving:
-            dx, dy = cx - ox, cy - oy
-            a, w = dx * ux + dy * uy, dy * ux - dx * uy
-            w2, cz = w * c - cz * s, w * s + cz * c
-            cx, cy = ox + a * ux - w2 * uy, oy + a * uy + w2 * ux
-        elif flat[g]:
-            continue
-        if cz * up < -radii[g] - 1.0:
-            continue
-        depth = 1.0 - near * cz
-        if depth > 0.0:
-            sx, sy = (cx + kx * cz) / depth, (cy + ky * cz) / depth
-            # how far the shadow of the sphere reaches: the slope of the projection, the beam's width
-            slope = 1.0 + abs(kx + near * sx) + abs(ky + near * sy)
-            high = abs(cz * up) + radii[g]
-            reach = radii[g] * slope + radius + spread * high
-            if near != 0.0:
-                reach = 2.0 * reach / max(1e-3, depth - abs(near) * radii[g]) + spread * high
-            reach += 0.5 * length + 1.0
-            px, py = sx - mx, sy - my
-            if px * px + py * py > reach * reach:
-                continue
-        if moving:
-            for k in range(3):
-                dx, dy, dz = solids[g, 9 + k, 0] - ox, solids[g, 9 + k, 1] - oy, solids[g, 9 + k, 2]
-                a, w = dx * ux + dy * uy, dy * ux - dx * uy
-                w2 = w * c - dz * s
-                turned[k, 0], turned[k, 1] = ox + a * ux - w2 * uy, oy + a * uy + w2 * ux
-                turned[k, 2] = w * s + dz * c
-        else:
-            for k in range(3):
-                for d in range(3):
-                    turned[k, d] = solids[g, 9 + k, d]
-        if covered_interval(turned, ox, oy, bx, by, beam, moving and angle > 0.0, pair):
-            intervals[count, 0], intervals[count, 1] = pair[0], pair[1]
-            count += 1
-            if pair[1] - pair[0] > worst:
-                worst, who = pair[1] - pair[0], g
-    if count == 0:
-        return 0.0, -1, 0.0
-    return union_share(intervals, count), who, worst
+    total = len(solids)
+    which, slab = np.empty(total, np.int64), np.empty(total)
+    count, _ = watch(
+        panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
+        ox, oy, ux, uy, length, sign, angle, angle, beam, which, slab, intervals, turned,
+    )  # fmt: skip
+    return watched_share(
+        count, which, slab, intervals[:count].copy(), solids, centres, radii,
+        ox, oy, ux, uy, length, sign, angle, beam, intervals, turned,
+    )  # fmt: skip
 
 
 @inner
@@ -215,19 +333,30 @@ def sight_limit(  # type: ignore[no-untyped-def]
     Returns:
         (angle, blocker, -1 if none)
     """
+    total = len(solids)
+    which, slab = np.empty(total, np.int64), np.empty(total)
+    listed, moves = watch(
+        panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
+        ox, oy, ux, uy, length, sign, 0.0, limit, beam, which, slab, intervals, turned,
+    )  # fmt: skip
+    if listed == 0:
+        return limit, -1
+    still = intervals[:listed].copy()
     count = SIGHT_SUBSTEPS * max(1, math.ceil(limit / SIGHT_STEP_RAD - 1e-9))
     end, by = count, -1  # the first sample known to be hidden is end + 1
     for coarse in (True, False):
         k = 0
         while k <= end:
             if coarse == (k % SIGHT_SUBSTEPS == 0):
-                share, who, _ = hidden_share(
-                    panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
+                share, who, _ = watched_share(
+                    listed, which, slab, still, solids, centres, radii,
                     ox, oy, ux, uy, length, sign, limit * k / count, beam, intervals, turned,
                 )  # fmt: skip
                 if share > hidden_max:
                     end, by = k - 1, who
                     break
+                if moves == 0:
+                    return limit, -1  # the same at every angle
             k += 1
     if by < 0:
         return limit, -1
@@ -236,8 +365,8 @@ def sight_limit(  # type: ignore[no-untyped-def]
     low, high = limit * end / count, limit * (end + 1) / count
     while refine and high - low > REFINED_RAD:
         middle = 0.5 * (low + high)
-        share, who, _ = hidden_share(
-            panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
+        share, who, _ = watched_share(
+            listed, which, slab, still, solids, centres, radii,
             ox, oy, ux, uy, length, sign, middle, beam, intervals, turned,
         )  # fmt: skip
         if share > hidden_max:

@@ -7,7 +7,16 @@ import pytest
 from numba import njit
 
 from planner._kernels.beam_kernels import BEAM_SIZE, aim, lean
-from planner._kernels.sight_kernels import END_SHARE, covered_interval, union_share
+from planner._kernels.sight_kernels import (
+    END_SHARE,
+    REFINED_RAD,
+    SIGHT_STEP_RAD,
+    SIGHT_SUBSTEPS,
+    covered_interval,
+    hidden_share,
+    sight_limit,
+    union_share,
+)
 from planner.beam import to_light
 from planner.fold_plan import MachineLimits
 from tests.planner.contact_reference import hidden_share_reference
@@ -171,3 +180,128 @@ def test_face_may_lean_until_it_stands_along_the_beam():
             along = np.append(way, 0.0)
             flat_light = light - (light @ along) * along
             assert turned @ flat_light == pytest.approx(np.linalg.norm(flat_light), abs=1e-9)
+
+
+@njit
+def limit_of(panel, moving, flat, solids, centres, radii, crease, sign, limit, beam, hidden_max, refine):
+    intervals, turned = np.empty((len(solids), 2)), np.empty((3, 3))
+    present = np.ones(len(solids), np.bool_)
+    return sight_limit(
+        0, 1, panel, moving, flat, solids, centres, radii, present,
+        crease[0], crease[1], crease[2], crease[3], crease[4], sign, limit, beam, hidden_max,
+        intervals, turned, refine,
+    )  # fmt: skip
+
+
+@njit
+def share_at(panel, moving, flat, solids, centres, radii, crease, sign, angle, beam):
+    intervals, turned = np.empty((len(solids), 2)), np.empty((3, 3))
+    present = np.ones(len(solids), np.bool_)
+    return hidden_share(
+        0, 1, panel, moving, flat, solids, centres, radii, present,
+        crease[0], crease[1], crease[2], crease[3], crease[4], sign, angle, beam, intervals, turned,
+    )  # fmt: skip
+
+
+@njit
+def plain_share(panel, moving, flat, solids, crease, sign, angle, beam):
+    """Every triangle is turned and tested, near or far."""
+    ox, oy, ux, uy, length = crease
+    intervals, tri, pair = np.empty((len(solids), 2)), np.empty((3, 3)), np.empty(2)
+    c, s = math.cos(angle), math.sin(angle) * sign
+    count, worst, who = 0, 0.0, -1
+    for g in range(len(solids)):
+        if panel[g] == 0 or panel[g] == 1 or (flat[g] and not moving[g]):
+            continue
+        tri[:] = solids[g, 9:12]
+        if moving[g]:
+            for k in range(3):
+                dx, dy, dz = solids[g, 9 + k, 0] - ox, solids[g, 9 + k, 1] - oy, solids[g, 9 + k, 2]
+                a, w = dx * ux + dy * uy, dy * ux - dx * uy
+                w2 = w * c - dz * s
+                tri[k, 0], tri[k, 1], tri[k, 2] = ox + a * ux - w2 * uy, oy + a * uy + w2 * ux, w * s + dz * c
+        thin = moving[g] and angle > 0.0
+        if covered_interval(tri, ox, oy, ox + ux * length, oy + uy * length, beam, thin, pair):
+            intervals[count] = pair
+            count += 1
+            if pair[1] - pair[0] > worst:
+                worst, who = pair[1] - pair[0], g
+    if count == 0:
+        return 0.0, -1, 0.0
+    return union_share(intervals, count), who, worst
+
+
+def plain_limit(panel, moving, flat, solids, crease, sign, limit, beam, hidden_max, refine):
+    """The samples of ``sight_limit``, one after the other."""
+    count = SIGHT_SUBSTEPS * max(1, math.ceil(limit / SIGHT_STEP_RAD - 1e-9))
+    looks = [
+        plain_share(panel, moving, flat, solids, crease, sign, limit * k / count, beam)
+        for k in range(count + 1)
+    ]
+    hidden = [k for k in range(count + 1) if looks[k][0] > hidden_max]
+    coarse = [k for k in hidden if k % SIGHT_SUBSTEPS == 0]
+    if not hidden:
+        return limit, -1
+    # a fine sample beyond the first coarse failure is never looked at
+    first = min(k for k in hidden if not coarse or k <= coarse[0])
+    by = looks[first][1]
+    if first == 0:
+        return -1.0, by
+    low, high = limit * (first - 1) / count, limit * first / count
+    while refine and high - low > REFINED_RAD:
+        middle = 0.5 * (low + high)
+        share, who, _ = plain_share(panel, moving, flat, solids, crease, sign, middle, beam)
+        if share > hidden_max:
+            high, by = middle, who
+        else:
+            low = middle
+    return low, by
+
+
+def scene(rng, far):
+    """Triangles over and around a crease, some flat, some standing, some that turn with it."""
+    count = 40
+    crease = np.array([*rng.uniform(-5, 5, 2), 0.0, 0.0, rng.uniform(1, 6)])
+    way = rng.uniform(0, 2 * math.pi)
+    crease[2:4] = math.cos(way), math.sin(way)
+    solids = rng.uniform(-3, 3, (count, 1, 3)) + rng.normal(0, 1, (count, 12, 3))
+    solids[:, :, :2] += crease[:2] + rng.uniform(-1, 1, (count, 1, 2)) * far
+    solids[:, :, 2] += rng.uniform(-1, 1, (count, 1)) * far
+    flat = rng.random(count) < 0.3
+    solids[flat, :, 2] = 0.0
+    centres = solids.mean(axis=1)
+    radii = np.linalg.norm(solids - centres[:, None], axis=2).max(axis=1)
+    panel = rng.integers(0, 30, count)
+    return panel, rng.random(count) < 0.5, flat, solids, centres, radii, crease
+
+
+@pytest.mark.parametrize(
+    "source", [None, (1.0, -2.0, 160.0), (3.0, 2.0, 14.0)], ids=["parallel", "from far", "from near"]
+)
+def test_what_is_left_out_hides_nothing(source):
+    rng = np.random.default_rng(7)
+    partly = 0
+    for trial in range(600):
+        side = 1.0 if trial % 2 else -1.0
+        rotary = rng.uniform(-0.8, 0.8) + (0.0 if side > 0 else math.pi)
+        way = rng.uniform(0, 2 * math.pi)
+        beam = beam_at(
+            rotary, float(rng.choice([0.0, 0.05, 0.5])), (math.cos(way), math.sin(way)),
+            float(rng.choice([0.0, 0.02])), source,
+        )  # fmt: skip
+        panel, moving, flat, solids, centres, radii, crease = scene(rng, float(rng.choice([2.0, 8.0, 30.0])))
+        limit = float(rng.uniform(0.01, 3.1))
+        sign = float(rng.choice([-1.0, 1.0]))
+        for angle in (0.0, 0.5 * limit, limit):
+            found = share_at(panel, moving, flat, solids, centres, radii, crease, sign, angle, beam)
+            assert found == plain_share(panel, moving, flat, solids, crease, sign, angle, beam)
+        for refine in (False, True):
+            hidden_max = float(rng.choice([0.05, 0.3, 0.7]))
+            found = limit_of(
+                panel, moving, flat, solids, centres, radii, crease, sign, limit, beam, hidden_max, refine
+            )
+            assert found == plain_limit(
+                panel, moving, flat, solids, crease, sign, limit, beam, hidden_max, refine
+            )
+            partly += 0.0 < found[0] < limit
+    assert partly > 100
