@@ -20,7 +20,8 @@ def pictures(rows: Sequence[Row]) -> dict[str, str]:
     pairs = combinations(rows)
     if not pairs:
         return {}
-    out = {"paper-means.svg": _means(rows, pairs), "paper-meshes.svg": _meshes(rows, pairs)}
+    compared = [pair for pair in pairs if pair in PAPER_PERCENT] or pairs[: len(COLOURS)]
+    out = {"paper-means.svg": _means(rows, pairs), "paper-meshes.svg": _meshes(rows, compared)}
     variants = list(dict.fromkeys(row.variant for row in rows))
     if len(variants) > 1:
         out["paper-rules.svg"] = _rules(rows, pairs, [ALL_RULES, *sorted(set(variants) - {ALL_RULES})])
@@ -81,7 +82,7 @@ def _bars(
 
 
 def _meshes(rows: Sequence[Row], pairs: Sequence[tuple[str, str]]) -> str:
-    """A line for each mesh with a dot for each net and planner, sorted by the first of them."""
+    """A line for each mesh with a dot for each of ``pairs``, sorted by the first of them."""
     means: dict[str, list[float | None]] = {}
     for mesh in {row.mesh for row in rows}:
         group = [row for row in rows if row.mesh == mesh and row.variant == ALL_RULES]

@@ -9,8 +9,8 @@ from typing import Any
 from studio.bench_cases import ALL_RULES, BenchSettings, Row
 
 __all__ = [
-    "PAPER_AREA_PERCENT", "PAPER_PERCENT", "area_ratio", "case_mean", "combinations", "headline", "label",
-    "markdown", "mesh_mean",
+    "PAPER_AREA_PERCENT", "PAPER_PERCENT", "area_ratio", "case_mean", "combinations", "common_meshes",
+    "headline", "label", "markdown", "mesh_mean",
 ]  # fmt: skip
 
 PAPER_PERCENT = {("nb", "fp"): 96.08, ("ga", "fp"): 75.47, ("nb", "mp"): 46.87, ("ga", "mp"): 13.31}
@@ -56,6 +56,17 @@ def case_mean(
     return (fmean(with_figure) if with_figure else None), folded, len(by_mesh)
 
 
+def common_meshes(rows: Sequence[Row], pairs: Sequence[tuple[str, str]]) -> set[str]:
+    """Meshes that have a plan, with all rules, by each of these nets and planners."""
+    folded = {
+        (row.net, row.planner, row.mesh)
+        for row in rows
+        if row.variant == ALL_RULES and row.completion is not None
+    }
+    meshes = {row.mesh for row in rows}
+    return {mesh for mesh in meshes if all((*pair, mesh) in folded for pair in pairs)}
+
+
 def area_ratio(rows: Sequence[Row], planner: str, variant: str = ALL_RULES) -> tuple[float | None, int]:
     """Clipped area on NB nets over that on GA nets, summed over pairs that have plans; and the pairs."""
     area: dict[tuple[str, str, int], float] = {
@@ -72,11 +83,14 @@ def area_ratio(rows: Sequence[Row], planner: str, variant: str = ALL_RULES) -> t
 def headline(rows: Sequence[Row]) -> dict[str, Any]:
     """Mean completion in percent of every net and planner with all rules, and the ratio of areas."""
     out: dict[str, Any] = {}
+    common = common_meshes(rows, combinations(rows))
+    shared = [row for row in rows if row.mesh in common]
     for net, planner in combinations(rows):
         mean, meshes, tried = case_mean(rows, net, planner, ALL_RULES)
         zero, _, _ = case_mean(rows, net, planner, ALL_RULES, missing_is_zero=True)
         out[label(net, planner)] = {
             "mean_percent": _percent_value(mean),
+            "mean_percent_on_common_meshes": _percent_value(case_mean(shared, net, planner, ALL_RULES)[0]),
             "mean_percent_missing_as_zero": _percent_value(zero),
             "meshes_with_plan": meshes,
             "meshes": tried,
@@ -126,9 +140,12 @@ def markdown(rows: Sequence[Row], settings: BenchSettings, command: str) -> str:
 
 
 def _headline_table(rows: Sequence[Row]) -> list[str]:
+    common = common_meshes(rows, combinations(rows))
+    shared = [row for row in rows if row.mesh in common]
     lines = [
-        "| net + planner | paper % | mean % | missing as 0 % | meshes with a plan | shape rms mm |",
-        "|---|---|---|---|---|---|",
+        f"| net + planner | paper % | mean % | on the {len(common)} meshes that all fold % | "
+        "missing as 0 % | meshes with a plan | shape rms mm |",
+        "|---|---|---|---|---|---|---|",
     ]
     for net, planner in combinations(rows):
         mean, meshes, tried = case_mean(rows, net, planner, ALL_RULES)
@@ -136,10 +153,16 @@ def _headline_table(rows: Sequence[Row]) -> list[str]:
         chosen = [row for row in rows if (row.net, row.planner, row.variant) == (net, planner, ALL_RULES)]
         shape = mesh_mean(chosen, lambda row: row.shape_rms_mm)
         paper = PAPER_PERCENT.get((net, planner))
-        lines.append(
-            f"| {label(net, planner)} | {'–' if paper is None else f'{paper:.2f}'} | {_percent(mean)} | "
-            f"{_percent(zero)} | {meshes} of {tried} | {'–' if shape is None else f'{shape:.2f}'} |"
-        )
+        cells = [
+            label(net, planner),
+            "–" if paper is None else f"{paper:.2f}",
+            _percent(mean),
+            _percent(case_mean(shared, net, planner, ALL_RULES)[0]),
+            _percent(zero),
+            f"{meshes} of {tried}",
+            "–" if shape is None else f"{shape:.2f}",
+        ]
+        lines.append("| " + " | ".join(cells) + " |")
     return lines
 
 

@@ -15,7 +15,7 @@ from planner.motion_baselines import FOLD_METHODS
 from studio.bench_cases import VARIANTS, BenchSettings, Case, Row, run_case, without_of
 from studio.bench_paper import find_meshes, paper_cases, read_rows, run_bench
 from studio.bench_pictures import pictures
-from studio.bench_tables import PAPER_PERCENT, area_ratio, case_mean, headline, markdown
+from studio.bench_tables import PAPER_PERCENT, area_ratio, case_mean, common_meshes, headline, markdown
 from studio.cli import main
 from studio.errors import OutputError, UsageError
 from studio.progress import Progress
@@ -65,6 +65,12 @@ def test_headline_stands_beside_the_paper():
     assert sorted(PAPER_PERCENT.values()) == [13.31, 46.87, 75.47, 96.08]
 
 
+def test_methods_are_also_compared_on_the_meshes_that_all_fold():
+    rows = [r for r in some_rows() if r.planner == "fp"]
+    assert common_meshes(rows, [("nb", "fp"), ("ga", "fp")]) == {"a"}
+    assert headline(rows)["NB + FP"]["mean_percent_on_common_meshes"] == pytest.approx(90.0)
+
+
 def test_page_names_failures_and_the_command():
     page = markdown(some_rows(), SETTINGS, "blossom bench paper --seeds 2")
     assert "`blossom bench paper --seeds 2`" in page
@@ -81,7 +87,7 @@ def test_pictures_are_svg_with_a_bar_or_dot_for_each_figure():
     for text in drawn.values():
         ElementTree.fromstring(text)  # noqa: S314  our own text
     dots = ElementTree.fromstring(drawn["paper-meshes.svg"]).iter("{http://www.w3.org/2000/svg}circle")  # noqa: S314
-    assert len(list(dots)) == 6
+    assert len(list(dots)) == 5  # those that the paper has too
     assert pictures([]) == {}
     assert "<b>" not in "".join(pictures([row("<b>")]).values())
 
