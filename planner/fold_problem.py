@@ -27,8 +27,9 @@ RULES = ("outside-in", "side", "sight", "contact", "substrate", "held", "clearan
 SAFE_LOAD = 0.3
 """Share of the yielding moment that a crease carries without remark."""
 
-SIGHT_RESERVE = 0.8
-"""Share of ``hidden_max`` that the planner uses: an independent check samples where this one computes."""
+SIGHT_RESERVE = 0.5
+"""Share of ``hidden_max`` that the planner uses: it looks every few degrees, and an independent check samples
+the crease, where short shadows together may cover more samples than their length is worth."""
 
 
 def rotary_angles(max_tilt_rad: float) -> NDArray[np.float64]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Collection
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,16 +16,15 @@ from planner.blooming_trees import BLOOMING_TREES
 from planner.dual_graph import DualGraph
 from planner.errors import NetError, PlanError
 from planner.flat_layout import FlatLayout
-from planner.fold_plan import FoldPlan, MachineLimits
+from planner.fold_plan import FoldPlan, MachineLimits, Sheet
 from planner.fold_problem import RULES, FoldProblem
-from planner.fold_search import Candidate, SearchSettings, axis_angles, folding_order, judge, search
+from planner.fold_search import Candidate, SearchSettings, axis_angles, cost, folding_order, judge, search
 from planner.insets import edge_insets
-from planner.lost_folds import foldable_share
 from planner.nearly_blooming import NetAttempt, certify, nearly_blooming
 from planner.net import Net
 from planner.pattern_check import with_pattern
 from planner.placement import place_net
-from planner.plan_on_sheet import plan_on_sheet, tree_of_net
+from planner.plan_on_sheet import SheetFold, fold_on_sheet, plan_on_sheet, tree_of_net
 from planner.substrate import make_sheet
 
 __all__ = ["plan_folds"]
@@ -36,7 +36,7 @@ ALWAYS_KEPT = ("outside-in", "side")
 LEAST_GAIN = 0.002
 """A further net is not tried on its sheet unless it may be this much better."""
 
-EVALUATION_BUDGET, MOST_EVALUATIONS = 110_000, 2200
+EVALUATION_BUDGET, MOST_EVALUATIONS = 140_000, 2800
 """Nets tried in one chain: the budget over the number of faces, but not more than the limit."""
 
 
@@ -87,36 +87,59 @@ def plan_folds(
         for rule in ALWAYS_KEPT
         if rule in without
     )
-    best: FoldPlan | None = None
+    tried: list[_Finalist] = []
     refused: PlanError | None = None
     for number, candidate in enumerate(found):
-        if best is not None and (plan_cost(best) <= candidate.cost + LEAST_GAIN or number >= FINALISTS):
+        if tried and (tried[0].cost <= candidate.cost + LEAST_GAIN or number >= FINALISTS):
             break  # the sheet only ever takes away from what the search found
-        tell(0.9 + 0.09 * number / len(found), "folding with the sheet in place")
-        chosen, axis_rad = _net_of(candidate, net, keep_net, trials)
+        tell(0.9 + 0.06 * number / len(found), "folding with the sheet in place")
         try:
-            placed = place_net(chosen, limits, axis_rad)
-            sheet = make_sheet(placed, limits)
-            rank = folding_order(candidate.tree, candidate.bias)
-            plan = plan_on_sheet(placed, sheet, problem, seed, tuple(sorted(without)), notices, rank)
+            chosen, axis_rad = _net_of(candidate, net, keep_net, trials)
+            tried.append(_on_its_sheet(candidate, chosen, axis_rad, problem, without))
+        except PlanError as error:
+            refused = refused or error
+        tried.sort(key=lambda finalist: finalist.cost)
+    for finalist in tried:
+        tell(0.97, "cutting and holding")
+        try:
+            plan = plan_on_sheet(
+                finalist.placed, finalist.sheet, problem, seed, tuple(sorted(without)), notices,
+                finalist.folded,
+            )  # fmt: skip
         except PlanError as error:
             refused = refused or error
             continue
-        if best is None or plan_cost(plan) < plan_cost(best):
-            best = plan
-    if best is None:
-        assert refused is not None  # noqa: S101 - there is at least one net
-        raise refused
-    return with_pattern(best)
+        return with_pattern(plan)
+    assert refused is not None  # noqa: S101 - there is at least one net
+    raise refused
 
 
-def plan_cost(plan: FoldPlan) -> float:
-    """What the choice among finished plans makes small; see ``fold_search.cost``."""
-    from planner._kernels.plan_kernels import ANGLE_WEIGHT, SHAPE_WEIGHT
+@dataclass(frozen=True, eq=False)
+class _Finalist:
+    """A net on its sheet, as far as it folds there."""
 
-    relative = plan.metrics.shape_rms / plan.net.goal.longest_side_mm
-    missing = foldable_share(plan.net) - plan.metrics.fold_completion
-    return SHAPE_WEIGHT * relative + ANGLE_WEIGHT * missing
+    cost: float
+    placed: Net
+    sheet: Sheet
+    folded: SheetFold
+
+
+def _on_its_sheet(
+    candidate: Candidate, net: Net, axis_rad: float | None, problem: FoldProblem, without: Collection[str]
+) -> _Finalist:
+    """Place the net of a candidate and fold it with the sheet in the way.
+
+    Raises:
+        PlanError: if it does not fit, or its base cannot be held.
+    """
+    placed = place_net(net, problem.limits, axis_rad)
+    sheet = make_sheet(placed, problem.limits)
+    rank = folding_order(candidate.tree, candidate.bias)
+    folded = fold_on_sheet(placed, sheet, problem, without, rank=rank)
+    weight = cost(folded.result, problem)
+    if folded.hold.needed and "held" not in without:
+        weight += 1.0  # ``plan_on_sheet`` refuses it: the last resort
+    return _Finalist(weight, placed, sheet, folded)
 
 
 def _nets_to_fold(

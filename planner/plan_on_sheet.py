@@ -32,7 +32,7 @@ def plan_on_sheet(
     seed: int,
     without: tuple[str, ...],
     notices: tuple[str, ...],
-    rank: NDArray[np.int64] | None = None,
+    folded: SheetFold | None = None,
 ) -> FoldPlan:
     """Fold the placed net with the frame and the hold of the base in the way, then add cuts and clips.
 
@@ -43,13 +43,13 @@ def plan_on_sheet(
         seed: recorded in the plan.
         without: rules that are switched off, recorded in the plan.
         notices: what the user should know, recorded in the plan.
-        rank: (F,) faces in the order in which they are tried; deepest first if not given.
+        folded: what ``fold_on_sheet`` made of it, if that is known already.
 
     Raises:
         PlanError: if the base cannot be held, or the part cannot be turned.
     """
     limits = problem.limits
-    folded = fold_on_sheet(net, sheet, problem, without, rank=rank)
+    folded = folded or fold_on_sheet(net, sheet, problem, without)
     result, hold, hits, kept = folded.result, folded.hold, folded.hits, folded.kept
     if hold.needed and "held" not in without:
         raise PlanError(
