@@ -133,6 +133,6 @@ def test_the_file_says_the_same_every_time(plan, tmp_path):
     kept = (tmp_path / "sight.json").read_bytes()
     assert kept == sight_bytes(certify_sight(plan), {"net": "n", "plan": "p"})
     document = json.loads(kept)
-    assert document["proven"]
+    assert document["proven"] == certificate.is_proven
     assert document["plan_sha256"] == "p"
     assert [row["step"] for row in document["steps"]] == [turn.step for turn in certificate.turns]
