@@ -21,7 +21,8 @@ from planner.fold_problem import FlatTree, FoldProblem, FoldResult
 from planner.search_moves import Trial, random_trial
 
 __all__ = [
-    "Candidate", "SearchSettings", "axis_angles", "flat_tree", "folding_order", "improve", "judge", "search",
+    "Candidate", "SearchSettings", "axis_angles", "cost", "done", "flat_tree", "folding_order", "improve",
+    "judge", "search",
 ]  # fmt: skip
 
 KEPT = 5
@@ -40,6 +41,7 @@ class SearchSettings:
         evaluations: nets judged in each round of a chain.
         seed: of every random choice.
         fixed_base: keep the base faces of the starting nets.
+        fixed_net: keep the whole starting nets; only the axis and the order of folding change.
         deadline: ``time.monotonic()`` at which the search stops with what it has; until then it anneals in
             rounds. Such a search depends on the machine. None: one round, and the result depends on the input
             and seed only.
@@ -49,6 +51,7 @@ class SearchSettings:
     evaluations: int
     seed: int = 0
     fixed_base: bool = False
+    fixed_net: bool = False
     deadline: float | None = None
 
     @property
@@ -130,7 +133,7 @@ def folding_order(tree: FlatTree, bias: NDArray[np.float64] | None) -> NDArray[n
 
 
 def cost(result: FoldResult, problem: FoldProblem) -> float:
-    """What the search makes small: shape error, then missing angle, overloaded creases and rotations."""
+    """What the search makes small: missing angle and shape error, then overloaded creases and rotations."""
     from planner._kernels.plan_kernels import ANGLE_WEIGHT, SHAPE_WEIGHT
 
     relative = result.shape_rms / problem.goal.longest_side_mm
@@ -247,7 +250,7 @@ def improve(
     axes = axis_angles(problem)
     current, best = start, start
     line = [start]
-    warm, cold = 0.02, 4e-4
+    warm, cold = 0.01, 2e-4
     for step in range(settings.evaluations):
         if done(best) or settings.late or (stop is not None and stop.is_set()):
             break
@@ -255,7 +258,10 @@ def improve(
         # the cost that would still be accepted, drawn beforehand so that hopeless nets can be given up
         bar = current.cost - temperature * math.log(1.0 - rng.random())
         now = Trial(current.layout, current.axis_rad, current.bias)
-        move = random_trial(now, current.tree, current.result, rng, axes, settings.fixed_base)
+        move = random_trial(
+            now, current.tree, current.result, rng, axes,
+            fixed_base=settings.fixed_base, fixed_net=settings.fixed_net,
+        )  # fmt: skip
         if move is None:
             continue
         trial = judge(move.layout, problem, move.axis_rad, bar, move.bias)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,7 +18,17 @@ from planner.errors import NetError, PlanError
 from planner.flat_layout import FlatLayout
 from planner.fold_plan import FoldPlan, MachineLimits, Sheet
 from planner.fold_problem import RULES, FoldProblem
-from planner.fold_search import Candidate, SearchSettings, axis_angles, cost, folding_order, judge, search
+from planner.fold_search import (
+    Candidate,
+    SearchSettings,
+    axis_angles,
+    cost,
+    done,
+    folding_order,
+    improve,
+    judge,
+    search,
+)
 from planner.insets import edge_insets
 from planner.nearly_blooming import NetAttempt, certify, nearly_blooming
 from planner.net import Net
@@ -38,6 +48,9 @@ LEAST_GAIN = 0.002
 
 EVALUATION_BUDGET, MOST_EVALUATIONS = 140_000, 2800
 """Nets tried in one chain: the budget over the number of faces, but not more than the limit."""
+
+ORDERS_SHARE = 8
+"""Where the net is given, axes and orders are tried this many times less often than nets otherwise."""
 
 
 def plan_folds(
@@ -63,7 +76,7 @@ def plan_folds(
         seed: of every random choice.
         budget_s: the search stops after this time with what it has.
         fixed_base: keep the base face of ``net``.
-        keep_net: fold ``net`` as it is; no other net is tried.
+        keep_net: fold ``net`` as it is; only other axes and orders are tried.
         hidden_max: largest hidden share of a crease.
         without: names of rules to switch off for a study; the plan records them.
         on_progress: called with the share done and a line of words.
@@ -165,10 +178,13 @@ def _nets_to_fold(
         pairs = tuple(sorted(set(given.overlapping_pairs().ravel().tolist())))
         raise NetError(f"the net overlaps itself at faces {', '.join(map(str, pairs[:8]))}", pairs)
     evaluations = min(MOST_EVALUATIONS, EVALUATION_BUDGET // len(net.faces))
-    settings = SearchSettings(CHAINS, evaluations, seed, fixed_base, deadline)
+    settings = SearchSettings(CHAINS, evaluations, seed, fixed_base, deadline=deadline)
     trials: tuple[BaseTrial, ...] = ()
     if keep_net:
-        found = [min((judge(given, problem, axis) for axis in axis_angles(problem)), key=lambda c: c.cost)]
+        tell(0.0, "other axes and orders for the net")
+        start = min((judge(given, problem, axis) for axis in axis_angles(problem)), key=lambda c: c.cost)
+        orders = replace(settings, evaluations=evaluations // ORDERS_SHARE, fixed_net=True)
+        found = [start] if done(start) else improve(start, problem, orders)
     else:
         starts = _starts(graph, net.base_face, fixed_base, seed)
         found = search([given, *(start.layout for start in starts)], problem, settings, tell)

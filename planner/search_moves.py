@@ -43,7 +43,9 @@ def random_trial(
     result: FoldResult,
     rng: np.random.Generator,
     axes: list[float],
+    *,
     fixed_base: bool,
+    fixed_net: bool = False,
 ) -> Trial | None:
     """One random change of ``now``, driven by what did not fold; None if none was possible.
 
@@ -54,14 +56,18 @@ def random_trial(
         rng: of the choice.
         axes: directions of the rotary axis to jump to.
         fixed_base: keep the base face.
+        fixed_net: keep the whole net; only the axis and the order change.
     """
     kind = rng.random()
+    if fixed_net:
+        kind *= AXIS_SHARE + ORDER_SHARE
+        kind += BASE_SHARE if kind >= AXIS_SHARE else 0.0
     if kind < AXIS_SHARE:
         jump = rng.random() < 0.4
         angle = axes[int(rng.integers(len(axes)))] if jump else now.axis_rad + AXIS_STEP_RAD * rng.normal()
         return Trial(now.layout, float(angle), now.bias)
     kind -= AXIS_SHARE
-    if kind < BASE_SHARE and not fixed_base:
+    if kind < BASE_SHARE and not (fixed_base or fixed_net):
         return _other_base(now, rng)
     missing = np.abs(tree.target) - np.minimum(np.abs(result.reached), np.abs(tree.target))
     failed = np.flatnonzero((result.cause != 0) & (missing > 1e-9))

@@ -16,7 +16,7 @@ NOT_BLOCKED, BY_CONTACT, BY_SIGHT = 0, 1, 2
 STEP_ROTATE, STEP_FOLD = 0, 1
 OVERHANG_RAD = math.radians(0.5)
 """A face may lean over its crease by this much, seen along the beam."""
-SHAPE_WEIGHT, ANGLE_WEIGHT = 1.0, 0.5
+SHAPE_WEIGHT, ANGLE_WEIGHT = 0.35, 1.0
 """Cost of a shape error as long as the goal, and of folding nothing: what every choice of a plan makes small."""
 STAGES = 4
 """Turns in which a crease that is hard to see may be folded."""
