@@ -98,7 +98,7 @@ def bench(
     Examples:
         blossom bench paper -o out/paper
 
-        blossom bench paper --meshes ../shared/meshes/proc --max-faces 60 --seeds 1 -j 2
+        blossom bench paper --meshes my/meshes --max-faces 60 -j 2
     """
     from planner.motion_baselines import FOLD_METHODS
     from planner.net_methods import NET_METHODS

@@ -118,7 +118,7 @@ def test_options_that_the_rig_cannot_do(made, tmp_path, capsys):
     assert main(["plan", str(bundle), "--tilt", "80", "-q"]) == 2
     assert "--tilt 80" in capsys.readouterr().err
     assert main(["plan", str(bundle), "--planner", "gp", "-q"]) == 2
-    assert "did you mean fp" in capsys.readouterr().err
+    assert "did you mean mp" in capsys.readouterr().err
     for wrong in ("wide", "-1", "nan", "50"):
         assert main(["plan", str(bundle), f"--relief={wrong}", "-q"]) == 2
         assert f"--relief {wrong}: expected auto, off, or a radius" in capsys.readouterr().err
