@@ -74,11 +74,11 @@ def clip_swept(
         tree: the net as arrays.
         result: the folds.
         problem: limits and insets.
-
         hits: what the folds sweep of ``sheet``, from ``sheet_hits``.
 
     Returns:
-        The new sheet; the old one where this would clip no less, or touch the tether.
+        The new sheet; the old one where this would clip no less, touch the tether, or not be found for shapes
+        that nearly coincide.
     """
     import shapely
 
@@ -99,8 +99,11 @@ def clip_swept(
     best = before
     touched: list[Geometry] = []
     for _ in range(_TRIES):
-        region = clip_region(swept, metal, kept, limits, touched)
-        fine = make_sheet(net, limits, region)
+        try:
+            region = clip_region(swept, metal, kept, limits, touched)
+            fine = make_sheet(net, limits, region)
+        except shapely.errors.GEOSException:
+            break  # shapes that nearly coincide: what is known to work stays
         spots = incentres(fine.triangles)
         found = sheet_hits(tree, result, problem, sheet_solids(fine, limits.thickness))
         tied = piece_of([kept], spots) != NOWHERE

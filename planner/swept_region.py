@@ -19,8 +19,12 @@ __all__ = ["CHORD_MM", "passage", "swept_region"]
 CHORD_MM = 0.01
 """How far the border may be from the arcs that it is drawn through; the region is grown by it."""
 
+SNAP_MM = 1e-6
+"""Grid on which the shapes are joined, far below what the region is grown by."""
+
 _MOST_CHORDS = 64
 _LEAST_TURN_RAD = 1e-9
+_ROUND = math.cos(math.pi / 8.0)  # a quarter circle of two chords lies outside of one smaller by this
 _FLAT_MM = 1e-6
 
 
@@ -64,7 +68,11 @@ def swept_region(tree: FlatTree, result: FoldResult, problem: FoldProblem) -> Ge
         pose = rotation_about_line(start, start + np.append(hinges[face, 2:], 0.0), turn)
         middles[members] = moving @ pose[:3, :3].T + pose[:3, 3]
         angle[face] = value
-    return shapely.union_all(shapes) if shapes else shapely.MultiPolygon()
+    if not shapes:
+        return shapely.MultiPolygon()
+    # Once placed, a shape may cross itself by a rounding error, and nearly equal edges can end in an error.
+    # The grid is far below the margin of the bound.
+    return shapely.union_all(shapely.make_valid(np.array(shapes)), grid_size=SNAP_MM)
 
 
 def passage(
@@ -144,7 +152,9 @@ def _images(polygon: NDArray[np.float64], side: float, grow_mm: float) -> list[G
             continue
         flat = _chords(part)
         flat[:, 1] *= side
-        out.append(shapely.buffer(shapely.LineString([*flat, flat[0]]), grow_mm, quad_segs=2))
+        # One chord at a time: GEOS cuts the tips of narrow rings off (seen with shapely 2.2).
+        chords = shapely.linestrings(np.stack([flat, np.roll(flat, -1, axis=0)], axis=1))
+        out.append(shapely.union_all(shapely.buffer(chords, grow_mm / _ROUND, quad_segs=2)))
         filled = shapely.Polygon(flat)
         out.append(filled if filled.is_valid else shapely.make_valid(filled))
     return out

@@ -27,6 +27,11 @@ SETTINGS = BenchSettings(
 QUIET = Progress(quiet=True)
 
 
+@pytest.fixture(autouse=True)
+def usual_terminal(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "100")  # a command keeps the width of its first message
+
+
 def row(mesh="a", net="nb", planner="fp", variant="all", completion=1.0, area=10.0, seed=0, status="ok"):
     return Row(mesh, 12, "closed", seed, net, planner, variant, status, completion, 0.5, area, 3, 2, 0.1)
 
