@@ -170,7 +170,12 @@ def hidden_bound(
     # the shadow moves at most by this much when a corner moves by the slack
     reach = np.abs(slope) + abs(near) * np.abs(flat).max(axis=1)
     factor = (1.0 + np.linalg.norm(reach, axis=1)) / np.maximum(least, 1e-6)
-    wide = np.where(thin, -GRAZE_MM, radius + spread * np.maximum(height, 0.0)) + slack * factor
+    above = (
+        np.maximum(z * up / np.maximum(depth, 1e-6), 0.0)
+        + (slack * abs(up) / np.maximum(least, 1e-6))[:, None]
+    )
+    each = np.where(thin[:, None], -GRAZE_MM, radius + spread * above) + (slack * factor)[:, None]
+    wide = each.max(axis=1)
     s = (flat - start) @ along
     w = (flat - start) @ np.array([-along[1], along[0]])
     low, high = _within(s, w, np.maximum(wide, 0.0))
@@ -183,8 +188,13 @@ def hidden_bound(
     counts &= (wide >= 0.0) | (np.abs(area) > -wide * girth)  # narrowed to nothing
     for k in range(3):
         es, ew = s[:, (k + 1) % 3] - s[:, k], w[:, (k + 1) % 3] - w[:, k]
+        size = np.maximum(np.hypot(es, ew), 1e-12)
+        out_s, out_w = turn * ew / size, -turn * es / size
+        ps, pw = s[:, k] + each[:, k] * out_s, w[:, k] + each[:, k] * out_w
+        more = each[:, (k + 1) % 3] - each[:, k]
+        es, ew = es + more * out_s, ew + more * out_w
         grade = -turn * ew
-        rest = turn * (ew * s[:, k] - es * w[:, k]) + wide * np.hypot(es, ew)
+        rest = turn * (ew * ps - es * pw)
         usable = firm & (np.abs(grade) > 1e-12)
         bound = -rest / np.where(usable, grade, 1.0)
         lo = np.where(usable & (grade > 0.0), np.maximum(lo, bound), lo)

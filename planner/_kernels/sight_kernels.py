@@ -27,8 +27,8 @@ def covered_interval(tri, ax, ay, bx, by, beam, thin, out):  # type: ignore[no-u
     Args:
         tri: (3, 3) corners in the sheet frame.
         ax, ay, bx, by: the segment.
-        beam: where the light comes from, see ``beam_kernels``; the triangle is widened by its radius where it
-            passes the highest corner.
+        beam: where the light comes from, see ``beam_kernels``; the triangle is widened by its radius, at each
+            corner by that at the height of the corner.
         thin: leave the radius out.
         out: (2,) the interval as shares of the segment.
 
@@ -42,7 +42,14 @@ def covered_interval(tri, ax, ay, bx, by, beam, thin, out):  # type: ignore[no-u
     h0, h1, h2 = tri[0, 2] * up / d0, tri[1, 2] * up / d1, tri[2, 2] * up / d2
     if h0 <= ABOVE_MM and h1 <= ABOVE_MM and h2 <= ABOVE_MM:
         return False
-    radius = 0.0 if thin else beam[RADIUS] + beam[SPREAD] * max(h0, h1, h2)
+    r0, r1, r2 = 0.0, 0.0, 0.0
+    if not thin:
+        radius, spread = beam[RADIUS], beam[SPREAD]
+        r0, r1, r2 = (
+            radius + spread * max(0.0, h0),
+            radius + spread * max(0.0, h1),
+            radius + spread * max(0.0, h2),
+        )
     kx, ky = beam[KX], beam[KY]
     length = math.sqrt((bx - ax) * (bx - ax) + (by - ay) * (by - ay))
     ux, uy = (bx - ax) / length, (by - ay) / length
@@ -50,9 +57,9 @@ def covered_interval(tri, ax, ay, bx, by, beam, thin, out):  # type: ignore[no-u
     s0, w0 = _along(tri[0], ax, ay, ux, uy, kx, ky, d0)
     s1, w1 = _along(tri[1], ax, ay, ux, uy, kx, ky, d1)
     s2, w2 = _along(tri[2], ax, ay, ux, uy, kx, ky, d2)
-    if min(w0, w1, w2) > radius or max(w0, w1, w2) < -radius:
+    if min(w0 - r0, w1 - r1, w2 - r2) > 0.0 or max(w0 + r0, w1 + r1, w2 + r2) < 0.0:
         return False
-    lo, hi = max(0.0, min(s0, s1, s2) - radius), min(length, max(s0, s1, s2) + radius)
+    lo, hi = max(0.0, min(s0 - r0, s1 - r1, s2 - r2)), min(length, max(s0 + r0, s1 + r1, s2 + r2))
     if lo >= hi:
         return False
     area = (s1 - s0) * (w2 - w0) - (s2 - s0) * (w1 - w0)
@@ -60,18 +67,21 @@ def covered_interval(tri, ax, ay, bx, by, beam, thin, out):  # type: ignore[no-u
         turn = 1.0 if area > 0.0 else -1.0
         for k in range(3):
             if k == 0:
-                ps, pw, qs, qw = s0, w0, s1, w1
+                ps, pw, qs, qw, pr, qr = s0, w0, s1, w1, r0, r1
             elif k == 1:
-                ps, pw, qs, qw = s1, w1, s2, w2
+                ps, pw, qs, qw, pr, qr = s1, w1, s2, w2, r1, r2
             else:
-                ps, pw, qs, qw = s2, w2, s0, w0
+                ps, pw, qs, qw, pr, qr = s2, w2, s0, w0, r2, r0
             es, ew = qs - ps, qw - pw
             size = math.sqrt(es * es + ew * ew)
             if size < 1e-12:
                 continue
-            # inside: turn * cross(e, x - p) >= -radius * |e| with x = (s, 0)
+            # both ends move outwards by their radius; inside: turn * cross(e, x - p) >= 0 with x = (s, 0)
+            ns, nw = turn * ew / size, -turn * es / size
+            ps, pw = ps + pr * ns, pw + pr * nw
+            es, ew = es + (qr - pr) * ns, ew + (qr - pr) * nw
             slope = -turn * ew
-            rest = turn * (-es * pw + ew * ps) + radius * size
+            rest = turn * (-es * pw + ew * ps)
             if abs(slope) < 1e-12:
                 if rest < 0.0:
                     return False
