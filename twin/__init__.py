@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from twin.mjcf_model import CompiledModel as CompiledModel
     from twin.mjcf_model import compile_model as compile_model
     from twin.plan_process import plan_process as plan_process
+    from twin.section_model import SectionCase as SectionCase
+    from twin.section_model import SectionResult as SectionResult
+    from twin.section_model import section_bend as section_bend
+    from twin.section_model import section_passes as section_passes
     from twin.sweep import kinematic_sweep as kinematic_sweep
     from twin.validation import Validation as Validation
     from twin.validation import validate as validate
@@ -27,6 +31,8 @@ if TYPE_CHECKING:
 _MODULES = {
     "CompiledModel": "twin.mjcf_model",
     "HeatingError": "twin.errors",
+    "SectionCase": "twin.section_model",
+    "SectionResult": "twin.section_model",
     "TwinError": "twin.errors",
     "Validation": "twin.validation",
     "bend": "twin.heating",
@@ -36,6 +42,8 @@ _MODULES = {
     "kinematic_sweep": "twin.sweep",
     "plan_process": "twin.plan_process",
     "read_validation": "twin.validation_file",
+    "section_bend": "twin.section_model",
+    "section_passes": "twin.section_model",
     "validate": "twin.validation",
     "write_validation": "twin.validation_file",
 }

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rigs.material import Material
 from twin.moving_spot import peak_rise_per_watt
 
-__all__ = ["HotMetal", "SpotRises", "melting_heat", "peak_temperatures", "spot_rises"]
+__all__ = ["HotMetal", "SpotRises", "mean_properties", "melting_heat", "peak_temperatures", "spot_rises"]
 
 REFERENCE_SHARE = 0.3
 """Properties are taken at this share of the way from 20 °C to the solidus, as in the fit of the factors."""
@@ -50,7 +50,7 @@ class HotMetal:
 def melting_heat(material: Material) -> float:
     """Heat that brings metal from 20 °C to liquid, J/m³."""
     solidus = material.constants.solidus_c
-    capacity, _ = _means(material, np.array([20.0]), np.array([solidus]))
+    capacity, _ = mean_properties(material, np.array([20.0]), np.array([solidus]))
     latent = 1e3 * material.constants.latent_heat_kj_kg
     return float(capacity[0]) * (solidus - 20.0) + material.density_kg_m3 * latent
 
@@ -138,15 +138,15 @@ def peak_temperatures(
     peak = np.full(absorbed.shape, 0.5 * solidus)
     start = np.full(absorbed.shape, start_c)
     for _ in range(3):
-        top, bottom = rises.per_watt(*_means(material, start, peak))
+        top, bottom = rises.per_watt(*mean_properties(material, start, peak))
         peak = np.minimum(start_c + absorbed * top, solidus)
     return start_c + absorbed * top, start_c + absorbed * bottom
 
 
-def _means(
+def mean_properties(
     material: Material, low_c: NDArray[np.float64], high_c: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Mean volumetric heat capacity and conductivity between two temperatures, by 64 midpoints."""
+    """Mean heat capacity per volume and conductivity between two temperatures, °C, by 64 midpoints."""
     x = np.asarray(material.table.temperature_c)
     share = (np.arange(64) + 0.5) / 64.0
     t = low_c[..., None] + np.maximum(high_c - low_c, 1.0)[..., None] * share
