@@ -14,6 +14,7 @@ from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 from studio import (
     commands_bench,
+    commands_bend,
     commands_certify,
     commands_explain,
     commands_lists,
@@ -59,7 +60,8 @@ for _command in (
     commands_make.make, commands_lists.check, commands_net.net, commands_stages.plan,
     commands_certify.certify, commands_stages.validate, commands_stages.job, commands_stages.replay,
     commands_stages.report, commands_explain.explain,
-    commands_lists.rigs, commands_lists.materials, commands_make.demo, commands_bench.bench,
+    commands_bend.bend, commands_lists.rigs, commands_lists.materials, commands_make.demo,
+    commands_bench.bench,
 ):  # fmt: skip
     _help, _epilogue = _help_texts(_command)
     app.command(_command, help=_help, help_epilogue=_epilogue, sort_key=len(list(app)))

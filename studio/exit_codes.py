@@ -28,6 +28,7 @@ _CODES: dict[str, int] = {
     "PlanError": NO,
     "JobError": NO,
     "SimulationError": NO,
+    "SettingError": BAD_INPUT,
     "HeatingError": NO,
     "PlannerError": BAD_INPUT,
     "RigError": BAD_INPUT,

@@ -32,6 +32,12 @@ def not_negative(_kind: Any, value: float | None) -> None:  # noqa: ANN401  any 
         raise ValueError("must be a finite number, 0 or more.")
 
 
+def finite(_kind: Any, value: float | None) -> None:  # noqa: ANN401  any annotated type
+    """Refuse what is not a finite number."""
+    if value is not None and not math.isfinite(value):
+        raise ValueError("must be a finite number.")
+
+
 Mesh = Annotated[Path, Parameter(help="Triangle mesh: STL, OBJ, PLY, OFF, glTF or GLB.")]
 Bundle = Annotated[Path, Parameter(help="Folder of the bundle.")]
 Output = Annotated[

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-__all__ = ["HeatingError", "ModelError", "SimulationError", "TwinError", "ValidationFileError"]
+__all__ = [
+    "HeatingError",
+    "ModelError",
+    "SettingError",
+    "SimulationError",
+    "TwinError",
+    "ValidationFileError",
+]
 
 
 class TwinError(Exception):
@@ -22,4 +29,8 @@ class ValidationFileError(TwinError, ValueError):
 
 
 class HeatingError(TwinError, ValueError):
-    """A laser setting is impossible, or nothing that the rig can do folds this metal (exit code 2)."""
+    """Nothing that the rig can do folds this metal as wanted (exit code 1)."""
+
+
+class SettingError(HeatingError):
+    """A value of a laser setting is not finite or out of range (exit code 2)."""

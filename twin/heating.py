@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rigs.material import Material
-from twin.errors import HeatingError
+from twin.errors import HeatingError, SettingError
 from twin.hot_metal import HotMetal, melting_heat, peak_temperatures, spot_rises
 
 __all__ = [
@@ -129,7 +129,7 @@ def fold_passes(
         start_c: temperature of the metal before the pass.
 
     Raises:
-        HeatingError: if a value is not finite or out of range.
+        SettingError: if a value is not finite or out of range.
     """
     power, speed = np.broadcast_arrays(
         np.asarray(power_w, dtype=np.float64), np.asarray(speed_mm_s, dtype=np.float64)
@@ -140,12 +140,12 @@ def fold_passes(
         ("beam radius along", along),
     ):  # fmt: skip
         if not np.all(np.isfinite(value) & (np.asarray(value) > 0.0)):
-            raise HeatingError(f"{name} of a laser pass must be a finite figure above 0, got {value}")
+            raise SettingError(f"{name} of a laser pass must be a finite figure above 0, got {value}")
     if not 0.0 < absorptivity <= 1.0:
-        raise HeatingError(f"absorptivity must be above 0 and at most 1, got {absorptivity}")
+        raise SettingError(f"absorptivity must be above 0 and at most 1, got {absorptivity}")
     solidus = material.constants.solidus_c
     if not -50.0 <= start_c <= 0.5 * (solidus + 273.15) - 273.15:
-        raise HeatingError(
+        raise SettingError(
             f"start temperature {start_c:g} °C: expected -50 °C to half the absolute melting point of "
             f"{material.name} ({0.5 * (solidus + 273.15) - 273.15:.0f} °C): let it cool"
         )
@@ -204,10 +204,10 @@ def bend(
         start_c: temperature of the metal before the pass.
 
     Raises:
-        HeatingError: if a value is not finite or out of range.
+        SettingError: if a value is not finite or out of range.
     """
     if not 0.0 <= tilt_rad < math.radians(85.0):
-        raise HeatingError(f"tilt must be 0 to below 85 degrees, got {math.degrees(tilt_rad):g}")
+        raise SettingError(f"tilt must be 0 to below 85 degrees, got {math.degrees(tilt_rad):g}")
     radius = spot_mm / 2.0
     across = radius / math.cos(tilt_rad)
     table = fold_passes(

@@ -2,9 +2,10 @@
 
 The section across the crease is cut into stations and layers. The temperature of each follows from the
 Green's function of the moving spot; each layer yields in plane stress (J2, temperature-dependent yield
-stress, Voce hardening that is lost above the anneal temperature); stretch and curvature of each station follow from the
-balance of force and moment; and the cold sheet around the spot holds the hot section back through two springs
-of stiffness ``beta E h / L`` and ``beta E h³ / 12 L`` with ``L = w + v |t|``. See docs/heating.md.
+stress, Voce hardening that is lost above the anneal temperature); stretch and curvature of each station
+follow from the balance of force and moment; and the cold sheet around the spot holds the hot section back
+through two springs of stiffness ``beta E h / L`` and ``beta E h³ / 12 L`` with ``L = w + v |t|``. See
+docs/heating.md.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigs.material import Material
-from twin.errors import HeatingError
+from twin.errors import SettingError
 from twin.heating import PassResult, bend
 from twin.hot_metal import mean_properties, peak_temperatures, spot_rises
 from twin.moving_spot import cross_section_rise
@@ -134,7 +135,7 @@ def section_bend(
     """Angle of each of ``passes`` equal passes; the arguments are those of ``SectionCase``.
 
     Raises:
-        HeatingError: if a value is not finite or out of range.
+        SettingError: if a value is not finite or out of range.
     """
     case = SectionCase(
         material, thickness_mm, power_w, speed_mm_s, spot_mm, absorptivity, start_c, tilt_rad, moment_n,
@@ -154,10 +155,10 @@ def section_passes(
         resolution: how finely; the usual one when None.
 
     Raises:
-        HeatingError: if a value is not finite or out of range.
+        SettingError: if a value is not finite or out of range.
     """
     if passes < 1:
-        raise HeatingError(f"expected at least one pass, got {passes}")
+        raise SettingError(f"expected at least one pass, got {passes}")
     return tuple(_fold(case, passes, resolution or Resolution()) for case in cases)
 
 
@@ -170,11 +171,11 @@ def _fold(case: SectionCase, passes: int, resolution: Resolution) -> SectionResu
         ("length of the crease", case.along_mm, 0.0, math.inf),
     ):  # fmt: skip
         if not (math.isfinite(value) and low <= value <= high):
-            raise HeatingError(
+            raise SettingError(
                 f"{name} of a section must be finite and from {low:g} to {high:g}, got {value:g}"
             )
     if resolution.stations < 2 or resolution.layers < 2 or resolution.times < 10:
-        raise HeatingError(f"too coarse for a section: {resolution}")
+        raise SettingError(f"too coarse for a section: {resolution}")
     share = case.absorbed_share
     fast = bend(
         case.material, case.thickness_mm, case.power_w, case.speed_mm_s, spot_mm=case.spot_mm,

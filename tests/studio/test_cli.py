@@ -28,6 +28,7 @@ COMMANDS = (
     "replay",
     "report",
     "explain",
+    "bend",
     "rigs",
     "materials",
     "demo",

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from rigs.material import load_material, parse_material
 from rigs.profile_text import profile_text
-from twin.errors import HeatingError
+from twin.errors import SettingError
 from twin.moving_spot import cross_section_rise, temperature_rise
 from twin.section_grid import Resolution, section_grid
 from twin.section_model import SectionCase, section_bend, section_passes
@@ -264,14 +264,14 @@ def test_impossible_settings_are_refused(change, word):
         "spot_mm": 0.1,
         "absorptivity": 0.35,
     }
-    with pytest.raises(HeatingError, match=word):
+    with pytest.raises(SettingError, match=word):
         section_passes([SectionCase(STEEL, **(values | change))])
 
 
 def test_no_pass_and_no_layers_are_refused():
-    with pytest.raises(HeatingError, match="at least one pass"):
+    with pytest.raises(SettingError, match="at least one pass"):
         section_bend(STEEL, 0.075, 10.0, 200.0, 0.1, passes=0)
-    with pytest.raises(HeatingError, match="too coarse"):
+    with pytest.raises(SettingError, match="too coarse"):
         section_bend(STEEL, 0.075, 10.0, 200.0, 0.1, resolution=Resolution(1, 1, 5))
 
 
