@@ -13,6 +13,7 @@ from studio.report_validation import event_text
 from studio.summary import Summary
 
 if TYPE_CHECKING:
+    from planner.fold_plan import FoldPlan
     from studio.report import StepSetting
     from studio.workspace import Workspace
 
@@ -65,6 +66,7 @@ def bundle_summary(ws: Workspace, replay: str = "") -> Summary:
             "blocked": tuple(blocked_summary(plan, b) for b in plan.blocked),
             "rotations": metrics.rotations,
             "clipped_faces": metrics.clipped_faces,
+            "clipped_pieces": _clipped_pieces(plan),
             "clipped_area_mm2": metrics.clipped_area,
             "without": plan.without,
             "contact": contact_words(ws),
@@ -80,6 +82,15 @@ def bundle_summary(ws: Workspace, replay: str = "") -> Summary:
         if known["verdict"] != "pass":
             known["reason"] = _reason(validation)
     return Summary(**known)
+
+
+def _clipped_pieces(plan: FoldPlan) -> int:
+    """How many connected pieces of the sheet are cut away."""
+    from planner.fold_plan import Clip
+    from planner.metal_pieces import clipped_pieces
+
+    clipped = {face for step in plan.steps if isinstance(step, Clip) for face in step.faces}
+    return len(clipped_pieces(plan.sheet, clipped)) if clipped else 0
 
 
 def _reason(validation: dict[str, Any]) -> str:

@@ -38,6 +38,7 @@ class Summary:
         blocked: creases that are not folded all the way, see ``studio.words.blocked_values``.
         rotations: turns of the rotary.
         clipped_faces: substrate triangles that are cut away.
+        clipped_pieces: the connected pieces that they form.
         clipped_area_mm2: their area.
         passes: laser passes.
         seconds: machine time.
@@ -72,6 +73,7 @@ class Summary:
     blocked: tuple[dict[str, Any], ...] = ()
     rotations: int = 0
     clipped_faces: int = 0
+    clipped_pieces: int = 0
     clipped_area_mm2: float = 0.0
     planned: bool = True
     passes: int | None = None
@@ -131,7 +133,7 @@ class Summary:
     def _clipped(self) -> str:
         if not self.clipped_faces:
             return "nothing of the sheet"
-        pieces = "1 piece" if self.clipped_faces == 1 else f"{self.clipped_faces} pieces"
+        pieces = "1 piece" if self.clipped_pieces == 1 else f"{self.clipped_pieces} pieces"
         return f"{pieces} of the sheet, {self.clipped_area_mm2:.0f} mm²"
 
     def bends(self) -> str:
