@@ -35,6 +35,7 @@ class FoldProcess:
         beam_s: seconds with the beam on.
         seconds: duration of passes and waits.
         flags: where the model is used outside its validity, in words.
+        start_c: mean temperature of the crease when each pass begins; empty if unknown.
     """
 
     step: int
@@ -57,6 +58,7 @@ class FoldProcess:
     beam_s: float
     seconds: float
     flags: tuple[str, ...] = ()
+    start_c: tuple[float, ...] = ()
 
     @property
     def passes(self) -> int:
@@ -109,6 +111,9 @@ class Process:
         thickness_mm: of the sheet.
         rotary_s: planned time of rotations.
         plan_wait_s: waits that the plan itself asks for.
+        heat: where start temperatures come from: ``net``, the field in the flat net with the heat of all
+            passes before, or ``crease``, each crease alone.
+        allowed_start_c: highest mean temperature of a crease when a pass begins.
         scatter: relative scatter of the angle from sheet to sheet, crease to crease and pass to pass.
         flags: validity flags, each once, in words.
     """
@@ -123,6 +128,8 @@ class Process:
     thickness_mm: float
     rotary_s: float = 0.0
     plan_wait_s: float = 0.0
+    heat: str = "crease"
+    allowed_start_c: float = 0.0
     scatter: tuple[float, float, float] = (0.10, 0.05, 0.08)
     flags: tuple[str, ...] = field(default=())
 
@@ -141,6 +148,16 @@ class Process:
     def passes(self) -> int:
         """Number of fold passes."""
         return sum(f.passes for f in self.folds)
+
+    @cached_property
+    def wait_s(self) -> float:
+        """Dark time after passes in which creases cool, s."""
+        return sum(sum(f.waits_s) for f in self.folds)
+
+    @cached_property
+    def peak_start_c(self) -> float:
+        """Highest mean temperature of a crease when a pass begins, °C; 0 without passes."""
+        return max((max(f.start_c) for f in self.folds if f.start_c), default=0.0)
 
     @cached_property
     def fold_at(self) -> dict[int, FoldProcess]:
@@ -165,5 +182,6 @@ class Process:
         """Content hash of the whole process table."""
         return content_sha256(
             "process/1", self.model, self.calibration, self.grade, self.material, self.absorptivity,
-            self.thickness_mm, repr(self.scatter), repr(self.folds), repr(self.cuts),
+            self.thickness_mm, repr(self.scatter), self.heat, self.allowed_start_c, repr(self.folds),
+            repr(self.cuts),
         )  # fmt: skip

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 from planner.fold_plan import Cut, Fold, FoldPlan, Point, Polyline, Release, Rotate, Wait
 from planner.pattern import pattern_of
@@ -16,9 +17,15 @@ from rigs.rig import Rig
 from twin.errors import HeatingError
 from twin.heating import MODEL_NAME
 from twin.hot_metal import melting_heat
-from twin.process_table import Conditions, Objective, SettingTable
+from twin.net_heat import NetHeat
+from twin.process_table import Chain, Conditions, Objective, SettingTable
+from twin.thermal_schedule import PassClock, TimedPasses
 
-__all__ = ["ALLOWED_START_C", "plan_process"]
+__all__ = ["ALLOWED_START_C", "HeatModel", "plan_process"]
+
+HeatModel = Literal["net", "crease"]
+"""``net``: start temperatures from the field in the flat net, with the heat of all passes before.
+``crease``: from each crease alone, in a plate without end, cold when its fold begins; quick and too kind."""
 
 ALLOWED_START_C = 200.0
 """A crease may be this warm on average when a pass begins (angle 8 % less than cold)."""
@@ -43,6 +50,7 @@ def plan_process(
     objective: Objective = "joules",
     allowed_start_c: float = ALLOWED_START_C,
     absorptivity: float | None = None,
+    heat: HeatModel = "net",
 ) -> Process:
     """How every laser step of ``plan`` is made on ``rig`` in ``material``.
 
@@ -53,6 +61,7 @@ def plan_process(
         objective: what the search for a setting minimises.
         allowed_start_c: highest mean temperature of a crease when a pass begins.
         absorptivity: absorbed share of the light; the material's value when None.
+        heat: where start temperatures and waits come from.
 
     Raises:
         HeatingError: if a crease cannot be folded or the sheet not be cut with any setting of the rig, or a
@@ -61,6 +70,7 @@ def plan_process(
     """
     share = material.absorptivity_at(rig.laser.wavelength_nm) if absorptivity is None else absorptivity
     maker = _Maker(plan, rig, material, objective, allowed_start_c, share)
+    clock = maker.clock() if heat == "net" else None
     folds: list[FoldProcess] = []
     cuts: list[CutProcess] = []
     rotary, rotary_s, waited = 0.0, 0.0, 0.0
@@ -68,20 +78,28 @@ def plan_process(
     done: dict[int, int] = {}
     for number, step in enumerate(plan.steps):
         if isinstance(step, Rotate):
-            turn = math.degrees(abs(step.to_rad - rotary))
-            rotary_s += (
-                line_seconds(turn, rig.rotary.max_deg_s, rig.rotary.accel_deg_s2) + rig.rotary.settle_s
-            )
+            seconds = rotation_s(rig, rotary, step.to_rad)
+            rotary_s += seconds
             rotary = step.to_rad
         elif isinstance(step, Wait):
-            waited += step.seconds
+            seconds = step.seconds
+            waited += seconds
         elif isinstance(step, Fold):
-            fold = maker.fold(number, step, angle.get(step.crease, 0.0), rotary, done.get(step.crease, 0))
+            seen = done.get(step.crease, 0)
+            fold, lead_s = maker.fold(number, step, angle.get(step.crease, 0.0), rotary, seen, clock)
+            if folds and lead_s > 0.0:
+                folds[-1] = _resting(folds[-1], lead_s)
             folds.append(fold)
             angle[step.crease] = fold.to_rad
-            done[step.crease] = done.get(step.crease, 0) + fold.passes
+            done[step.crease] = seen + fold.passes
+            continue
         elif isinstance(step, (Cut, Release)):
             cuts.append(maker.cut(number, step.paths))
+            seconds = cuts[-1].beam_s
+        else:
+            continue
+        if clock is not None:
+            clock.idle(seconds)
     flags = dict.fromkeys(flag for fold in folds for flag in fold.flags)
     flags |= dict.fromkeys(flag for cut in cuts for flag in cut.flags)
     if material.calibration.status == "none":
@@ -97,9 +115,25 @@ def plan_process(
         thickness_mm=plan.limits.thickness,
         rotary_s=rotary_s,
         plan_wait_s=waited,
+        heat=heat,
+        allowed_start_c=maker.allowed_c,
         scatter=material.scatter,
         flags=tuple(flags),
     )
+
+
+def rotation_s(rig: Rig, from_rad: float, to_rad: float) -> float:
+    """Duration of a rotation about the rotary axis with its settling, s."""
+    turn = math.degrees(abs(to_rad - from_rad))
+    return line_seconds(turn, rig.rotary.max_deg_s, rig.rotary.accel_deg_s2) + rig.rotary.settle_s
+
+
+def _resting(fold: FoldProcess, seconds: float) -> FoldProcess:
+    """``fold`` with a longer rest after its last pass: the next crease is still too warm."""
+    if not fold.waits_s:
+        return fold
+    waits = (*fold.waits_s[:-1], round(fold.waits_s[-1] + seconds, 3))
+    return replace(fold, waits_s=waits, seconds=fold.seconds + seconds)
 
 
 @dataclass(frozen=True)
@@ -130,9 +164,31 @@ class _Maker:
         self.absorptivity = share
         self.radius = rig.head.spot_mm / 2.0
         self.tables: dict[tuple[int, int, int], SettingTable] = {}
+        self.whole = {s.crease: s.to_rad for s in plan.steps if isinstance(s, Fold)}
 
-    def fold(self, number: int, step: Fold, before: float, rotary: float, done: int) -> FoldProcess:
-        """The passes of one fold step."""
+    def clock(self) -> PassClock:
+        """Times passes by the heat in the net, which is cold yet."""
+        heat = NetHeat(self.plan.net, self.material, self.plan.limits.thickness)
+        return PassClock(heat, self.absorptivity)
+
+    def setting(
+        self, number: int, step: Fold, turn: float, rotary: float, goal: float | None = None
+    ) -> tuple[Chain, float, float]:
+        """Setting of one fold step, seconds of one pass with its dark ways, and seconds of beam in it.
+
+        The setting follows from ``goal``, the angle of the whole crease where a step is only a part of it.
+        """
+        line = self._crease(number, step.crease)
+        table = self._table(line, rotary, *self._footprint(line, abs(math.cos(rotary))))
+        chain = table.best(abs(turn if goal is None else goal), line.length, self.objective)
+        strokes = plan_strokes(self.rig, line.start, line.end, rotary, chain.speed_mm_s)
+        pass_s = sum(s.seconds for s in strokes) + between_strokes_s(self.rig, strokes)
+        return chain, pass_s, sum(s.beam_s for s in strokes)
+
+    def fold(
+        self, number: int, step: Fold, before: float, rotary: float, done: int, clock: PassClock | None
+    ) -> tuple[FoldProcess, float]:
+        """The passes of one fold step, and the wait before the first of them."""
         line = self._crease(number, step.crease)
         turn = step.to_rad - before
         cosine = math.cos(rotary)
@@ -150,16 +206,18 @@ class _Maker:
                     "turn towards it; rotate the sheet first"
                 )
             flags.append(f"crease {step.crease} turns away from the beam: real metal turns the other way")
-        across, along = self._footprint(line, abs(cosine))
-        table = self._table(line, rotary, across, along)
-        chain = table.best(abs(turn), line.length, self.objective)
-        strokes = plan_strokes(self.rig, line.start, line.end, rotary, chain.speed_mm_s)
-        pass_s = sum(s.seconds for s in strokes) + between_strokes_s(self.rig, strokes)
-        schedule = chain.schedule(abs(turn), pass_s, done)
+        chain, pass_s, beam_s = self.setting(number, step, turn, rotary, self.whole.get(step.crease))
+        if clock is None:
+            alone = chain.schedule(abs(turn), pass_s, done)
+            schedule = TimedPasses(
+                alone.power_w, alone.increments_rad, alone.waits_s, alone.start_c, short=alone.short
+            )
+        else:
+            schedule = clock.fold(chain, step.crease, abs(turn), pass_s, done)
         sign = 1.0 if turn >= 0.0 else -1.0
         if schedule.short:
             flags.append("some folds are smaller than one safe pass: they end up to half a pass off")
-        return FoldProcess(
+        made = FoldProcess(
             step=number,
             crease=step.crease,
             from_rad=before,
@@ -171,16 +229,18 @@ class _Maker:
             speed_mm_s=chain.speed_mm_s,
             length_mm=line.length,
             tilt_rad=math.acos(min(abs(cosine), 1.0)),
-            across_mm=across,
+            across_mm=self._footprint(line, abs(cosine))[0],
             fourier=chain.fourier,
             peak_top_c=chain.peak_top_c,
             peak_bottom_c=chain.peak_bottom_c,
             regime=chain.regime,
             energy_j=len(schedule.increments_rad) * schedule.power_w * line.length / chain.speed_mm_s,
-            beam_s=len(schedule.increments_rad) * sum(s.beam_s for s in strokes),
+            beam_s=len(schedule.increments_rad) * beam_s,
             seconds=len(schedule.increments_rad) * pass_s + math.fsum(schedule.waits_s),
             flags=(*flags, *chain.flags),
+            start_c=schedule.start_c,
         )
+        return made, schedule.lead_s
 
     def cut(self, number: int, paths: tuple[Polyline, ...]) -> CutProcess:
         """Power and speed of the paths of one cut: as fast as the rig's cap melts the kerf."""

@@ -80,12 +80,14 @@ class Schedule:
         increments_rad: angle of each pass, without sign.
         waits_s: dark time after each pass.
         short: the angle was too small for one pass with reserve over first yield.
+        start_c: mean temperature of the crease when each pass begins.
     """
 
     power_w: float
     increments_rad: tuple[float, ...]
     waits_s: tuple[float, ...]
     short: bool = False
+    start_c: tuple[float, ...] = ()
 
 
 class Chain:
@@ -132,15 +134,43 @@ class Chain:
         if angle_rad <= 0.0:
             return Schedule(self.power_w, (), ())
         law = self._law(angle_rad, done)
-        power = self._power_for(angle_rad / float(law.sum()))
+        power = self.power_for(angle_rad / float(law.sum()))
         short = power < 2.0 * self.threshold_w
         if short:
             power = 2.0 * self.threshold_w
-        increments = law * self._first_rad_at(power)
+        increments = law * self.first_rad_at(power)
         waits = np.maximum(self._intervals[: len(law)] - stroke_s, self.conditions.shortest_wait_s)
         waits[-1] = 0.0
         rounded = np.round(np.ceil(waits * 1e3 - 1e-6) / 1e3, 3)
-        return Schedule(power, tuple(increments.tolist()), tuple(rounded.tolist()), short)
+        start = np.round(self._start_c[: len(law)], 2)
+        return Schedule(
+            power, tuple(increments.tolist()), tuple(rounded.tolist()), short, tuple(start.tolist())
+        )
+
+    def factors(self, start_c: NDArray[np.float64], done: int = 0) -> NDArray[np.float64]:
+        """(N,) angles of passes over that of the first one on cold metal, after ``done`` passes.
+
+        Args:
+            start_c: (N,) mean temperature of the crease when each begins.
+            done: passes that the crease has seen.
+        """
+        hardening = (1.0 + np.arange(done, done + len(start_c)) / self.half_passes) ** -self._fall_off
+        shares: NDArray[np.float64] = hardening * start_factor(start_c)
+        return shares
+
+    def first_rad_at(self, power_w: float) -> float:
+        """Angle of a first pass on cold metal at another power, rad."""
+        share = power_w / self.power_w
+        soft = soft_threshold(power_w / self.threshold_w) / soft_threshold(self.power_w / self.threshold_w)
+        return self.first_rad * share * float(soft)
+
+    def power_for(self, first_rad: float) -> float:
+        """Least power, up to the setting's, at which a first pass on cold metal bends by ``first_rad``."""
+        low, high = 0.0, self.power_w
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if self.first_rad_at(middle) >= first_rad else (middle, high)
+        return high
 
     def _law(self, angle_rad: float, done: int) -> NDArray[np.float64]:
         """Factors of the passes that are needed at full power, the last one whole.
@@ -153,8 +183,7 @@ class Chain:
         while True:
             count = min(size, MAX_PASSES)
             self._grow(count)
-            hardening = (1.0 + np.arange(done, done + count) / self.half_passes) ** -self._fall_off
-            factors = hardening * start_factor(self._start_c[:count])
+            factors = self.factors(self._start_c[:count], done)
             reached = np.cumsum(factors)
             if reached[-1] >= wanted:
                 law: NDArray[np.float64] = factors[: int(np.searchsorted(reached, wanted)) + 1]
@@ -178,18 +207,6 @@ class Chain:
             allowed_c=where.allowed_c, shortest_s=where.shortest_wait_s,
         )  # fmt: skip
         self._intervals, self._start_c = times.interval_s, times.start_c
-
-    def _first_rad_at(self, power_w: float) -> float:
-        share = power_w / self.power_w
-        soft = soft_threshold(power_w / self.threshold_w) / soft_threshold(self.power_w / self.threshold_w)
-        return self.first_rad * share * float(soft)
-
-    def _power_for(self, first_rad: float) -> float:
-        low, high = 0.0, self.power_w
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            low, high = (low, middle) if self._first_rad_at(middle) >= first_rad else (middle, high)
-        return high
 
 
 class SettingTable:
