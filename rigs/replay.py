@@ -7,11 +7,11 @@ import datetime
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
-from typing import Literal
+from typing import Any, Literal
 from urllib.parse import urlsplit
 
 from rigs.controller import Controller, Identity
@@ -73,6 +73,8 @@ def replay(
     home: bool | None = None,
     on_progress: Callable[[Progress], None] | None = None,
     on_status: Callable[[Status], None] | None = None,
+    marks: Sequence[ReplayBlock] = (),
+    resumes: Mapping[str, Any] | None = None,
     grace_s: float = _GRACE_S,
 ) -> Journal:
     """Send a job to a machine.
@@ -96,6 +98,8 @@ def replay(
             the machine is emulated.
         on_progress: called after every block.
         on_status: called with every status report.
+        marks: pilot strokes over the marks of the sheet (``mark_blocks``), made before arming; each asks.
+        resumes: what this replay goes on from, kept in the header of the journal (``rigs.resume``).
         grace_s: time beyond the planned one after which a missing answer is a fault.
 
     Returns:
@@ -116,6 +120,11 @@ def replay(
         identity = _identify(controller)
         emulated = is_emulated(identity, url)
         check_identity(identity, rig, armed=mode == "arm")
+        if resumes is not None and bool(resumes.get("emulated")) != emulated:
+            raise JobError(
+                f"the sheet is in {'the emulated' if resumes.get('emulated') else 'a real'} machine, this is "
+                f"{'an emulated' if emulated else 'a real'} one: it cannot go on here"
+            )
         if mode == "arm" and not emulated:
             check_certificate(certificate, plan, rig)
             check_dry_run(dry_run_journal, plan, rig)
@@ -129,10 +138,11 @@ def replay(
                 blocks=len(blocks), info=list(identity.info), settings=identity.settings,
                 offsets=list(identity.offsets), modes=list(identity.modes),
                 at=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+                resumes=dict(resumes or {}),
             )  # fmt: skip
             run = _Run(controller, journal, mode, emulated, grace_s, ask, on_progress)
             with _stop_signals():
-                run.guarded(lambda: run.all(blocks, home, lambda: _arm(confirm, plan, rig)))
+                run.guarded(lambda: run.all(blocks, home, lambda: _arm(confirm, plan, rig), marks))
     finally:
         link.close()
     return read_journal(journal_path)
@@ -204,11 +214,18 @@ class _Run:
             raise
         self._end("complete", "")
 
-    def all(self, blocks: Sequence[ReplayBlock], home: bool | None, arm: Callable[[], None]) -> None:
-        """Home where needed, arm, then every block."""
+    def all(
+        self,
+        blocks: Sequence[ReplayBlock],
+        home: bool | None,
+        arm: Callable[[], None],
+        marks: Sequence[ReplayBlock] = (),
+    ) -> None:
+        """Home where needed, look at the marks, arm, then every block."""
         gate = self.controller.gate
         gate.level = "motion"
         self._home(home)
+        self._look_at(marks)
         if self.mode == "frame":
             gate.level = "pilot"
         elif self.mode == "arm":
@@ -256,6 +273,20 @@ class _Run:
         self.journal.write(
             "done", block=block.index, step=block.step, t=self._t(), at=[round(v, 3) for v in place.values()]
         )
+
+    def _look_at(self, marks: Sequence[ReplayBlock]) -> None:
+        """Run the pilot light over the marks; a person says whether it met them."""
+        for block in marks:
+            self.controller.gate.level = "pilot"
+            self.controller.run(tuple(block.lines), block.seconds, self.grace_s)
+            place = self.controller.work_position(self.controller.confirm_idle())
+            self.controller.gate.level = "motion"
+            if mistake := position_mistake(block.expect, place, self.controller.rig):
+                raise MachineError(f"{mistake}: steps or bytes were lost; home it before anything else")
+            question = " ".join(block.comments)
+            if not self.emulated and (self.ask is None or not self.ask(question)):
+                raise JobError(f"stopped: {question} no: set the zero of the sheet anew")
+            self.journal.write("mark", question=question, t=self._t())
 
     def _home(self, allowed: bool | None) -> None:
         controller = self.controller

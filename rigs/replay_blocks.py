@@ -13,7 +13,13 @@ from rigs.gcode import gcode_program
 from rigs.job import Job
 from rigs.rig import Rig
 
-__all__ = ["PlainBlock", "ReplayBlock", "ReplayJob", "dark_block", "frame_blocks", "lit_block", "replay_job"]
+__all__ = [
+    "PlainBlock", "ReplayBlock", "ReplayJob", "dark_block", "frame_blocks", "lit_block", "mark_blocks",
+    "replay_job",
+]  # fmt: skip
+
+_MARK_MM = 3.0
+"""Half the stroke over a mark."""
 
 SYNC = "G4 P0.01"
 """Answered only when all motion has ended, with or without light (measured on Grbl)."""
@@ -151,6 +157,32 @@ def frame_blocks(job: ReplayJob, rig: Rig, speed_mm_s: float = 50.0) -> tuple[Pl
         lines, expect = (on, move, off, SYNC), (("X", x), ("Y", y))
         blocks.append(PlainBlock(len(blocks), "pilot", lines, seconds=seconds, expect=expect))
         before = (x, y)
+    return tuple(blocks)
+
+
+def mark_blocks(rig: Rig, speed_mm_s: float = 5.0) -> tuple[PlainBlock, ...]:
+    """For the first two marks of the sheet (``sheet.fiducials_mm``) a stroke of pilot light across each.
+
+    Empty if the rig declares no marks or has no pilot light. The sheet must be flat (rotary at 0).
+    """
+    pilot = rig.laser.pilot
+    if pilot.kind == "none":
+        return ()
+    on, off = (f"M3 S{pilot.s:g}", "M5") if pilot.kind == "low-power" else ("M8", "M9")
+    power = f" S{pilot.s:g}" if pilot.kind == "low-power" else ""
+    x0, y0, z0 = rig.rotary.axis_point_mm
+    height = f" Z{z0:.3f}" if rig.has_focus_axis else ""
+    blocks = []
+    for number, (x, y) in enumerate(rig.sheet.fiducials_mm[:2]):
+        left, right = x0 + x - _MARK_MM, x0 + x + _MARK_MM
+        lines = (
+            f"G0 X{left:.3f} Y{y0 + y:.3f}{height}", on,
+            f"G1 X{right:.3f} F{60.0 * speed_mm_s:.0f}{power}", off, SYNC,
+        )  # fmt: skip
+        seconds = 2.0 * _MARK_MM / speed_mm_s + 15.0
+        question = f"did the pilot light run across mark {number + 1} of the sheet, at ({x:g}, {y:g}) mm?"
+        expect = (("X", right), ("Y", y0 + y))
+        blocks.append(PlainBlock(-1, "pilot", lines, 0.0, seconds, -1, expect, (question,)))
     return tuple(blocks)
 
 

@@ -20,6 +20,7 @@ from studio import (
     commands_lists,
     commands_make,
     commands_net,
+    commands_resume,
     commands_stages,
 )
 from studio.exit_codes import BAD_INPUT, exit_code_of
@@ -59,6 +60,7 @@ app = App(
 for _command in (
     commands_make.make, commands_lists.check, commands_net.net, commands_stages.plan,
     commands_certify.certify, commands_stages.validate, commands_stages.job, commands_stages.replay,
+    commands_resume.resume,
     commands_stages.report, commands_explain.explain,
     commands_bend.bend, commands_lists.rigs, commands_lists.materials, commands_make.demo,
     commands_bench.bench,

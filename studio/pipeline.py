@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from studio.bundle import create_bundle, edit_bundle
 from studio.bundle_check import open_manifest
 from studio.bundle_summary import bundle_summary
-from studio.manifest import Manifest
+from studio.manifest import MANIFEST_NAME, Manifest
 from studio.net_stage import net_stage
 from studio.options import MachineOptions, MeshOptions, NetOptions, PlanOptions
 from studio.progress import Progress
@@ -19,7 +19,10 @@ from studio.stages import job_stage, plan_stage, report_stage, validate_stage
 from studio.summary import Summary
 from studio.workspace import Workspace
 
-__all__ = ["PASS", "make", "make_net_bundle", "replay_bundle", "run_stage"]
+if TYPE_CHECKING:
+    from studio.resume_stage import Choice
+
+__all__ = ["PASS", "make", "make_net_bundle", "replay_bundle", "resume_bundle", "run_stage"]
 
 PASS = "pass"  # noqa: S105  a verdict, no password
 
@@ -97,15 +100,38 @@ def replay_bundle(
     target: Path, port: str, mode: Literal["dry-run", "frame", "arm"], *, yes: bool, progress: Progress
 ) -> Summary:
     """Replay the job of a bundle; the journal stays in it whatever happens, other files are left alone."""
+    return _on_the_machine(
+        target, progress, lambda ws: replay_stage(ws, port, mode, confirm=ask_person(yes=yes))
+    )
+
+
+def resume_bundle(
+    target: Path, port: str, choice: Choice, *, yes: bool, look_only: bool, progress: Progress
+) -> Summary:
+    """Go on with the job of a bundle where its last armed replay stopped."""
+    from studio.resume_stage import resume_stage
+
+    return _on_the_machine(
+        target,
+        progress,
+        lambda ws: resume_stage(ws, port, choice, confirm=ask_person(yes=yes), look_only=look_only),
+    )
+
+
+def _on_the_machine(target: Path, progress: Progress, work: Callable[[Workspace], str]) -> Summary:
+    """Do work that writes a journal; only one process at a time does so for a bundle."""
+    from rigs.one_process import one_at_a_time
+
     ws = Workspace(target, open_manifest(target), progress)
     before = _journals(target)
-    try:
-        told = replay_stage(ws, port, mode, confirm=ask_person(yes=yes))
-    except BaseException:
-        for name in sorted(_journals(target) - before):
-            progress.note(f"the journal tells how far it came: {target / name}")
-        raise
-    return bundle_summary(ws, told).with_bundle(str(target))
+    with one_at_a_time(target / MANIFEST_NAME):
+        try:
+            words = work(ws)
+        except BaseException:
+            for name in sorted(_journals(target) - before):
+                progress.note(f"the journal tells how far it came: {target / name}")
+            raise
+    return bundle_summary(ws, words).with_bundle(str(target))
 
 
 def _journals(target: Path) -> set[str]:

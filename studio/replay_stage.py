@@ -14,9 +14,13 @@ from studio.errors import UsageError
 from studio.workspace import RIG_FILE, Workspace
 
 if TYPE_CHECKING:
+    from rigs.replay import Progress as Position
     from rigs.replay_checks import Certificate
 
-__all__ = ["EMULATOR", "JOURNAL_PREFIX", "ask_person", "replay_stage"]
+__all__ = [
+    "EMULATOR", "JOURNAL_PREFIX", "ask_person", "certificate_of", "machine_of", "next_journal",
+    "replay_stage", "told",
+]  # fmt: skip
 
 EMULATOR = "emulator"
 """The port that starts the product's own emulated machine."""
@@ -48,25 +52,29 @@ def replay_stage(
         MachineError: if the machine refuses, fails or vanishes.
     """
     from rigs.job_file import read_job
-    from rigs.replay import Progress as Position
     from rigs.replay import replay
 
     ws.manifest.sha256_of("job.gcode")
     job = read_job(ws.path("job.json"), ws.path("job.gcode"))
-    journal = _next_journal(ws)
+    journal = next_journal(ws)
+    with machine_of(ws, port) as url, ws.progress.stage("replay", f"{mode} on {port}"):
+        done = replay(
+            job, url, rig=ws.rig, journal_path=journal, mode=mode, certificate=certificate_of(ws),
+            confirm=confirm, ask=confirm, on_progress=told(ws),
+        )  # fmt: skip
+    what = "EMULATED" if done.emulated else "REAL machine"
+    return f"{mode} on {what}: {done.outcome}, {len(done.done)} blocks confirmed, {journal.name}"
+
+
+def told(ws: Workspace) -> Callable[[Position], None]:
+    """A function that shows where a replay stands."""
 
     def tell(at: Position) -> None:
         where = "EMULATED " if at.emulated else "REAL MACHINE "
         step = f", step {at.step}" if at.step >= 0 else ""
         ws.progress.update(at.block / max(at.blocks, 1), f"{where}block {at.block} of {at.blocks}{step}")
 
-    with _machine(ws, port) as url, ws.progress.stage("replay", f"{mode} on {port}"):
-        done = replay(
-            job, url, rig=ws.rig, journal_path=journal, mode=mode, certificate=_certificate(ws),
-            confirm=confirm, ask=confirm, on_progress=tell,
-        )  # fmt: skip
-    what = "EMULATED" if done.emulated else "REAL machine"
-    return f"{mode} on {what}: {done.outcome}, {len(done.done)} blocks confirmed, {journal.name}"
+    return tell
 
 
 def ask_person(*, yes: bool) -> Callable[[str], bool]:
@@ -88,7 +96,12 @@ def ask_person(*, yes: bool) -> Callable[[str], bool]:
 
 
 @contextlib.contextmanager
-def _machine(ws: Workspace, port: str) -> Iterator[str]:
+def machine_of(ws: Workspace, port: str) -> Iterator[str]:
+    """The URL of a machine; ``emulator`` runs one while the block runs.
+
+    Raises:
+        UsageError: if the port looks like a misspelt ``emulator``.
+    """
     if port != EMULATOR:
         if difflib.get_close_matches(port.lower(), [EMULATOR], cutoff=0.7):
             raise UsageError(f"unknown port '{port}': did you mean {EMULATOR}?")
@@ -101,13 +114,15 @@ def _machine(ws: Workspace, port: str) -> Iterator[str]:
         yield machine.url
 
 
-def _next_journal(ws: Workspace) -> Path:
+def next_journal(ws: Workspace) -> Path:
+    """Path of the journal that is written next."""
     taken = [p.stem.removeprefix(JOURNAL_PREFIX) for p in ws.folder.glob(f"{JOURNAL_PREFIX}*.jsonl")]
     number = 1 + max((int(text) for text in taken if text.isdigit()), default=0)
     return ws.path(f"{JOURNAL_PREFIX}{number:03d}.jsonl")
 
 
-def _certificate(ws: Workspace) -> Certificate | None:
+def certificate_of(ws: Workspace) -> Certificate | None:
+    """What the validation of the bundle says, None without one."""
     from rigs.replay_checks import Certificate
 
     values = validation_values(ws)

@@ -16,7 +16,8 @@ def small_summary(**changes) -> Summary:
     summary = Summary(
         mesh="pyramid", faces=6, creases=4, edits=0, optimal=True, completion=0.9, shape_rms_mm=1.25,
         shape_rms_rel=0.0625, blocked=tuple(blocked_values(b) for b in plan.blocked), rotations=2,
-        clipped_faces=1, clipped_pieces=1, clipped_area_mm2=175.0, passes=400, seconds=1234.0, energy_j=512.0, verdict="pass",
+        clipped_faces=1, clipped_pieces=1, clipped_area_mm2=175.0, passes=400,
+        seconds=1234.0, energy_j=512.0, verdict="pass",
         rig="grbl-4axis", material="304", thickness_mm=0.1, notices=("scaled from 1 to 60 mm",),
     )  # fmt: skip
     return replace(summary, **changes)

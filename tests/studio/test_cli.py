@@ -26,6 +26,7 @@ COMMANDS = (
     "validate",
     "job",
     "replay",
+    "resume",
     "report",
     "explain",
     "bend",

@@ -10,7 +10,7 @@ from studio import pipeline
 from studio.errors import UsageError
 from studio.manifest import MANIFEST_NAME, Manifest
 from studio.progress import Progress
-from studio.replay_stage import _machine
+from studio.replay_stage import machine_of
 from studio.workspace import Workspace
 
 
@@ -18,14 +18,14 @@ from studio.workspace import Workspace
 def test_a_misspelt_emulator_gets_the_right_name(tmp_path, port):
     with (
         pytest.raises(UsageError, match="did you mean emulator"),
-        _machine(Workspace(tmp_path, Manifest()), port),
+        machine_of(Workspace(tmp_path, Manifest()), port),
     ):
         pytest.fail("must not come here")
 
 
 @pytest.mark.parametrize("port", ["/dev/ttyUSB0", "COM3", "socket://emulator:3333"])
 def test_other_ports_are_passed_on(tmp_path, port):
-    with _machine(Workspace(tmp_path, Manifest()), port) as url:
+    with machine_of(Workspace(tmp_path, Manifest()), port) as url:
         assert url == port
 
 

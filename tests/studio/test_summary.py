@@ -117,4 +117,6 @@ def test_missing_faces_are_told_first():
     ("pieces", "words"), [(0, "nothing of the sheet"), (1, "1 piece of the sheet"), (2, "2 pieces of")]
 )
 def test_clipped_pieces_are_counted_in_words(pieces, words):
-    assert dict(small_summary(clipped_faces=3 * pieces, clipped_pieces=pieces).rows())["clipped"].startswith(words)
+    assert dict(small_summary(clipped_faces=3 * pieces, clipped_pieces=pieces).rows())["clipped"].startswith(
+        words
+    )

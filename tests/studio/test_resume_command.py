@@ -1,0 +1,128 @@
+"""``blossom resume`` on a bundle: what it says and asks, and that it ends where the replay would have."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from rigs.emulator import start_emulator
+from rigs.job_file import read_job
+from rigs.journal import read_journal
+from rigs.one_process import one_at_a_time
+from studio.cli import main
+from tests.studio.test_explain import OBJ
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("made")
+    (folder / "sheet.obj").write_text(OBJ.format(z=15.0))
+    assert main(["make", str(folder / "sheet.obj"), "-o", str(folder / "out"), "-q"]) == 0
+    for journal in (folder / "out").glob("journal-*"):
+        journal.unlink()
+    return folder / "out"
+
+
+@pytest.fixture
+def bundle(made: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(made, tmp_path / "out"))
+
+
+def job_of(bundle: Path):
+    return read_job(bundle / "job.json", bundle / "job.gcode")
+
+
+def stopped(bundle: Path, kind: str, *, lit: bool = True) -> int:
+    """A replay that fails in the middle of a block of a kind; its index."""
+    lines = (bundle / "job.gcode").read_text().splitlines()
+    sent = [line for line in lines if not line.startswith("(")]
+    job = job_of(bundle)
+    number = [k for k, b in enumerate(job.blocks) if b.kind == kind][3]
+    from rigs.gcode import gcode_program
+
+    before = sum(len(b.lines) for b in gcode_program(job).blocks[: number + 1])
+    assert len(sent) > before
+    with start_emulator(bundle / "rig.toml", faults=[f"no-ok@{before + 8 + (4 if lit else 1)}"]) as machine:
+        assert main(["replay", str(bundle), "--port", machine.url, "--arm", "-q"]) == 3
+    return number
+
+
+def resume(bundle: Path, *words: str) -> int:
+    with start_emulator(bundle / "rig.toml") as machine:
+        return main(["resume", str(bundle), "--port", machine.url, "-q", *words])
+
+
+@pytest.mark.parametrize("decision", ["done", "abandon"])
+def test_a_pass_in_doubt_needs_a_decision(bundle, capsys, decision):
+    stopped(bundle, "pass")
+    journal = read_journal(bundle / "journal-001.jsonl")
+    assert journal.in_doubt is not None
+    capsys.readouterr()
+    assert resume(bundle) == 2
+    err = capsys.readouterr().err
+    assert "Say what becomes of it" in err and "--doubt abandon" in err and "redo" not in err
+    assert resume(bundle, "--look") == 0
+    assert "blocks are done" in capsys.readouterr().out
+    assert resume(bundle, "--doubt", "redo") == 1
+    assert "never burnt again" in capsys.readouterr().err
+    assert resume(bundle, "--doubt", decision) == 0
+    again = read_journal(bundle / "journal-002.jsonl")
+    assert again.outcome == "complete" and not set(again.done) & set(journal.done)
+    job = job_of(bundle)
+    crease = job.blocks[journal.in_doubt].crease
+    assert (decision == "abandon") != any(job.blocks[k].crease == crease for k in again.done)
+    capsys.readouterr()
+    assert resume(bundle, "--doubt", "done") == 2
+    assert "ended complete" in capsys.readouterr().err
+
+
+def test_a_measured_angle_sets_the_passes_that_are_left(bundle, capsys):
+    stopped(bundle, "pass")
+    journal = read_journal(bundle / "journal-001.jsonl")
+    job = job_of(bundle)
+    step = job.blocks[journal.in_doubt].step
+    same = [k for k, b in enumerate(job.blocks) if b.step == step and b.kind == "pass"]
+    left = [k for k in same if k > journal.in_doubt]
+    assert resume(bundle, "--angle", "0") == 0  # nothing was gained yet: all that are left are made
+    made = [k for k in read_journal(bundle / "journal-002.jsonl").done if k in same]
+    assert made == left
+
+
+def test_an_angle_that_is_there_already_drops_the_rest(bundle):
+    stopped(bundle, "pass")
+    job = job_of(bundle)
+    step = job.blocks[read_journal(bundle / "journal-001.jsonl").in_doubt].step
+    from studio.bundle_check import open_manifest
+    from studio.progress import Progress
+    from studio.workspace import Workspace
+
+    ws = Workspace(bundle, open_manifest(bundle), Progress(quiet=True))
+    target = ws.process.fold_at[step].to_rad * 57.29577951308232
+    assert resume(bundle, "--angle", f"{target:.3f}") == 0
+    assert not [k for k in read_journal(bundle / "journal-002.jsonl").done if job.blocks[k].step == step]
+
+
+def test_nothing_to_go_on_with(bundle, capsys):
+    assert resume(bundle) == 2
+    assert "no armed replay of this job has a journal here" in capsys.readouterr().err
+
+
+def test_another_process_at_the_same_time_is_refused(bundle, capsys):
+    stopped(bundle, "cut")
+    capsys.readouterr()
+    with one_at_a_time(bundle / "manifest.json"):
+        assert resume(bundle, "--doubt", "redo") == 1
+    assert "another process replays this bundle" in capsys.readouterr().err
+    assert resume(bundle, "--doubt", "redo") == 0
+    assert read_journal(bundle / "journal-002.jsonl").outcome == "complete"
+
+
+def test_an_edited_journal_is_named(bundle, capsys):
+    stopped(bundle, "cut")
+    path = bundle / "journal-001.jsonl"
+    path.write_text(path.read_text().replace('"kind":"done","block":1', '"kind":"done","block":3'))
+    capsys.readouterr()
+    assert resume(bundle, "--doubt", "redo") == 1
+    assert "journal-001.jsonl, line" in capsys.readouterr().err
