@@ -13,7 +13,7 @@ import msgspec
 
 from rigs.errors import ProfileError, UnknownNameError
 
-__all__ = ["parse_profile", "profile_names", "profile_text"]
+__all__ = ["all_mistakes", "parse_profile", "profile_names", "profile_text"]
 
 T = TypeVar("T", bound=msgspec.Struct)
 
@@ -77,6 +77,17 @@ def parse_profile(text: str, kind: type[T], mistakes: Callable[[T], Iterator[str
     if mistake := next(mistakes(profile), None):
         raise ProfileError(f"{source}: {mistake}")
     return profile
+
+
+def all_mistakes(
+    text: str, kind: type[T], mistakes: Callable[[T], Iterator[str]], source: str
+) -> tuple[str, ...]:
+    """Every mistake of a profile in words; a text that is no profile of ``kind`` at all has one."""
+    try:
+        parse_profile(text, kind, lambda _profile: iter(()), source)
+    except ProfileError as error:
+        return (str(error).removeprefix(f"{source}: "),)
+    return tuple(mistakes(msgspec.convert(tomllib.loads(text), kind)))
 
 
 def _not_finite(value: object, path: str) -> str | None:

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import msgspec
 
 from rigs.errors import ProfileError
-from rigs.profile_text import parse_profile, profile_names, profile_text
+from rigs.profile_text import all_mistakes, parse_profile, profile_names, profile_text
 from rigs.rig_checks import mistakes
 
 __all__ = [
@@ -317,6 +317,17 @@ def load_rig(name_or_path: str | Path) -> Rig:
         ProfileError: the file cannot be read or a value in it is wrong; the message names the place.
     """
     return parse_rig(*profile_text("rig", "profiles", name_or_path))
+
+
+def rig_mistakes(name_or_path: str | Path) -> tuple[str, ...]:
+    """Everything that is wrong with a profile, each as ``$.place: what, and what to do``; empty if nothing.
+
+    Raises:
+        UnknownNameError: no shipped rig has the name.
+        ProfileError: the file cannot be read.
+    """
+    text, source = profile_text("rig", "profiles", name_or_path)
+    return all_mistakes(text, Rig, mistakes, source)
 
 
 def parse_rig(text: str, source: str = "rig profile") -> Rig:

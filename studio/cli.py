@@ -21,6 +21,7 @@ from studio import (
     commands_make,
     commands_net,
     commands_resume,
+    commands_rigs,
     commands_stages,
 )
 from studio.exit_codes import BAD_INPUT, exit_code_of
@@ -62,7 +63,7 @@ for _command in (
     commands_certify.certify, commands_stages.validate, commands_stages.job, commands_stages.replay,
     commands_resume.resume,
     commands_stages.report, commands_explain.explain,
-    commands_bend.bend, commands_lists.rigs, commands_lists.materials, commands_make.demo,
+    commands_bend.bend, commands_rigs.rigs, commands_lists.materials, commands_make.demo,
     commands_bench.bench,
 ):  # fmt: skip
     _help, _epilogue = _help_texts(_command)

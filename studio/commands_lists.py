@@ -1,4 +1,4 @@
-"""Commands that only tell something: check, rigs, materials."""
+"""Commands that only tell something: check, materials."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from typing import Any
 from studio.flags import Json, MachineFlags, Mesh, MeshFlags
 from studio.progress import Progress
 
-__all__ = ["check", "materials", "rigs"]
+__all__ = ["check", "list_of", "materials", "say"]
 
 
-def _say(text: str) -> None:
+def say(text: str) -> None:
+    """Print a line of the answer."""
     print(text)  # noqa: T201  command output
 
 
@@ -42,40 +43,15 @@ def check(
         goal = read_goal(mesh, size_mm=read.size, scale=read.scale, max_faces=read.faces, limits=limits)
     figures = describe_mesh(goal)
     if json:
-        _say(json_text.dumps(figures, ensure_ascii=False, allow_nan=False))
+        say(json_text.dumps(figures, ensure_ascii=False, allow_nan=False))
         return 0
-    _say(f"{mesh.name} can be used.")
+    say(f"{mesh.name} can be used.")
     for name, value in figures.items():
         if name not in ("name", "notices"):
-            _say(f"{_label(name):<26}{_text(value)}")
+            say(f"{_label(name):<26}{_text(value)}")
     for notice in goal.notices:
-        _say(f"note: {notice}")
+        say(f"note: {notice}")
     return 0
-
-
-def rigs(*, json: Json = False) -> int:
-    """List the machines that come with the product.
-
-    Examples:
-        blossom rigs
-    """
-    from rigs.rig import load_rig, rig_names
-
-    rows = []
-    for name in rig_names():
-        rig = load_rig(name)
-        grades = sorted({grade.grade for grade in rig.grades.values()})
-        rows.append(
-            {
-                "name": name,
-                "laser": f"{rig.laser.max_w:g} W, {rig.laser.wavelength_nm:g} nm",
-                "area": f"{rig.sheet.max_mm[0]:g} x {rig.sheet.max_mm[1]:g} mm",
-                "tilt": f"{rig.head.max_incidence_deg:g}°",
-                "controller": rig.controller.dialect,
-                "grades": "".join(grades),
-            }
-        )
-    return _list("rigs", rows, json, "graded A measured, B literature, C guess")
 
 
 def materials(*, json: Json = False) -> int:
@@ -98,7 +74,7 @@ def materials(*, json: Json = False) -> int:
                 "density": f"{material.density_kg_m3:.0f} kg/m³",
             }
         )
-    return _list(
+    return list_of(
         "materials",
         rows,
         json,
@@ -106,18 +82,19 @@ def materials(*, json: Json = False) -> int:
     )
 
 
-def _list(kind: str, rows: list[dict[str, Any]], as_json: bool, foot: str) -> int:
+def list_of(kind: str, rows: list[dict[str, Any]], as_json: bool, foot: str) -> int:
+    """Print rows as a table with a line under it, or as one JSON object."""
     if as_json:
         document = {"format": f"metal-blossom/{kind}", "version": 1, kind: rows}
-        _say(json_text.dumps(document, ensure_ascii=False))
+        say(json_text.dumps(document, ensure_ascii=False))
         return 0
     names = list(rows[0])
     widths = [max(len(name), *(len(str(row[name])) for row in rows)) for name in names]
-    _say("  ".join(name.ljust(width) for name, width in zip(names, widths, strict=True)).rstrip())
+    say("  ".join(name.ljust(width) for name, width in zip(names, widths, strict=True)).rstrip())
     for row in rows:
         cells = (str(row[name]).ljust(width) for name, width in zip(names, widths, strict=True))
-        _say("  ".join(cells).rstrip())
-    _say(f"\n{foot}")
+        say("  ".join(cells).rstrip())
+    say(f"\n{foot}")
     return 0
 
 

@@ -168,6 +168,9 @@ def test_a_killed_host_leaves_the_beam_off_and_one_doubt_at_most(job, tmp_path, 
     if journal is None:
         assert seen == 0
         return
+    if journal.outcome == "complete":
+        assert seen == len(lit)
+        return
     assert journal.outcome == "unfinished"
     now = standing([journal], job)
     sure = len([k for k in now.done if k in lit])
