@@ -1,61 +1,85 @@
-"""What scatter of sheet, crease and pass does to the shape: seeded draws, folded all at once.
+"""What scatter of sheet, crease and pass does to a plan: seeded draws, replayed on all cores.
 
-The model: each pass bends by its figure times lognormal factors of the sheet, the crease and the pass, plus a
-small random angle. Open loop nothing is measured; with touch-up every crease is measured at the end of its
-turn and stopped at the pass nearest to its goal, so that half a pass remains.
+Each draw folds the plan with other angles than planned. It passes if nothing collides on the way and the
+shape ends hardly worse than planned. Draws are made in chunks with a random stream each, so the result is the
+same bits on any number of cores.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+import os
+from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.kinematics import rotation_about_line
-from planner.net import Net
+from planner.fold_plan import FoldPlan
+from twin.scatter_contact import ContactReplay, Replayed
+from twin.scatter_draws import CHUNK, FoldTurn, ScatterFigures, TouchUp, draw_turns
+from twin.scatter_shares import CreaseShare, VarianceShares, variance_shares
+from twin.shape_error import folded_draws, shape_errors
 
-__all__ = [
-    "ScatterFigures", "ScatterResult", "Spread", "draw_scatter", "folded_draws", "shape_errors",
-]  # fmt: skip
+__all__ = ["HitPair", "ScatterResult", "Spread", "cores", "run_scatter", "wilson_interval"]
 
 PERCENTILES = (5.0, 50.0, 95.0)
 """Percentiles that a spread reports."""
 
+CONFIDENCE_Z = 1.959963984540054
+"""Standard normal quantile of a two-sided confidence of 95 %."""
+
+MOST_PAIRS = MOST_CREASES = 10
+"""So many pairs and creases are named."""
+
 
 @dataclass(frozen=True)
-class ScatterFigures:
-    """How much bending angles scatter.
+class HitPair:
+    """A pair that was the first to collide.
 
     Attributes:
-        sheet: relative, from sheet to sheet (one factor for all creases).
-        crease: relative, from crease to crease.
-        per_pass: relative, from pass to pass.
-        additive_rad: random angle that each pass adds.
+        step: of the plan.
+        moving: face that turns.
+        still: face, or triangle of the substrate, that it meets.
+        in_substrate: ``still`` is a triangle of the substrate.
+        share: of the draws.
     """
 
-    sheet: float = 0.10
-    crease: float = 0.05
-    per_pass: float = 0.08
-    additive_rad: float = float(np.radians(0.05))
+    step: int
+    moving: int
+    still: int
+    in_substrate: bool
+    share: float
 
 
 @dataclass(frozen=True)
 class Spread:
-    """Percentiles (5, 50, 95) over the draws.
+    """What the draws did in one way of working; percentiles are those of 5, 50 and 95 %.
 
     Attributes:
-        probability: share of draws whose shape error stays within the tolerance.
+        probability: share of draws that pass.
+        interval: its confidence interval of 95 % (Wilson).
+        in_tolerance: share of draws whose shape error is above the planned one by no more than the tolerance.
+        contact_free: share of draws in which nothing collides.
+        seam_touches: pairs per draw that met early on their common seam, no collisions; up to the first one.
         shape_rms_mm: of the vertices against the goal, best rigid fit.
         shape_rms_rel: the same over the diagonal of the goal's bounding box.
         angle_error_rad: largest error of a crease against the plan, per draw.
+        passes: mean number of passes.
+        pairs: pairs that most often were the first to collide.
     """
 
     probability: float
+    interval: tuple[float, float]
+    in_tolerance: float
+    contact_free: float
+    seam_touches: float
     shape_rms_mm: tuple[float, float, float]
     shape_rms_rel: tuple[float, float, float]
     angle_error_rad: tuple[float, float, float]
+    passes: float
+    pairs: tuple[HitPair, ...]
 
 
 @dataclass(frozen=True)
@@ -65,132 +89,195 @@ class ScatterResult:
     Attributes:
         draws: number of draws.
         seed: their seed.
-        tolerance_rel: shape error up to which a draw counts as good.
+        tolerance_rel: shape error above the planned one, over the goal's diagonal, up to which a draw passes.
+        planned_rms_mm: shape error of the plan itself, with all creases where it wants them.
         open_loop: nothing measured.
-        touched_up: every crease measured and stopped at the nearest pass.
-        weakest_creases: creases whose own scatter moves the shape most, worst first.
+        touched_up: every turn measured and ended at the nearest pass; None if it was not asked for.
+        sheet_share: share of the factor common to all creases in the expected squared shape error, open loop.
+        creases: creases that matter most in the rest of it, worst first.
+        expected_rms_mm: that error to first order.
     """
 
     draws: int
     seed: int
     tolerance_rel: float
+    planned_rms_mm: float
     open_loop: Spread
-    touched_up: Spread
-    weakest_creases: tuple[int, ...]
+    touched_up: Spread | None
+    sheet_share: float
+    creases: tuple[CreaseShare, ...]
+    expected_rms_mm: float
+
+    @property
+    def weakest_creases(self) -> tuple[int, ...]:
+        """Creases whose own scatter moves the shape most, worst first."""
+        return tuple(c.crease for c in self.creases)
 
 
-def draw_scatter(
-    net: Net,
-    passes: Mapping[int, Sequence[float]],
+def cores() -> int:
+    """Processor cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def wilson_interval(good: int, count: int) -> tuple[float, float]:
+    """Confidence interval of 95 % of a probability of which ``good`` of ``count`` trials were seen.
+
+    Source: Wilson, J. Am. Stat. Assoc. 22 (1927) 209.
+    """
+    z2 = CONFIDENCE_Z**2 / count
+    share = good / count
+    middle = (share + 0.5 * z2) / (1.0 + z2)
+    half = math.sqrt(z2 * share * (1.0 - share) + 0.25 * z2 * z2) / (1.0 + z2)
+    return (0.0 if good == 0 else middle - half, 1.0 if good == count else middle + half)
+
+
+def run_scatter(
+    plan: FoldPlan,
+    turns: Sequence[FoldTurn],
     figures: ScatterFigures | None = None,
+    touch: TouchUp | None = None,
     *,
     draws: int = 200,
     seed: int = 0,
     tolerance_rel: float = 0.02,
+    touch_up: bool = True,
+    workers: int | None = None,
+    on_progress: Callable[[float], None] | None = None,
 ) -> ScatterResult:
-    """Draw bending angles and measure the shapes that they give.
+    """Draw bending angles, fold the plan with them, and say how often it comes out well.
 
     Args:
-        net: the net.
-        passes: crease → plastic angle of each of its passes, rad, as the heating model predicts them.
+        plan: the plan.
+        turns: its fold steps and their passes, from ``fold_turns``.
         figures: how much angles scatter.
+        touch: how creases are measured.
         draws: number of draws, at least 1.
-        seed: of the draws.
-        tolerance_rel: shape error, over the goal's diagonal, up to which a draw is good.
+        seed: of the draws, at least 0.
+        tolerance_rel: excess of the shape error over the planned one, by the goal's diagonal, that is good.
+        touch_up: also fold every draw with measuring.
+        workers: threads; as many as there are cores if None. The result does not depend on it.
+        on_progress: told the share that is done.
 
     Raises:
-        ValueError: if ``draws`` is less than 1.
+        ValueError: if a number makes no sense.
     """
     if draws < 1:
         raise ValueError(f"draws is {draws}: expected at least 1")
-    given = figures or ScatterFigures()
-    rng = np.random.default_rng(seed)
-    wanted = np.zeros(len(net.edges))
-    open_loop, touched = np.zeros((draws, len(net.edges))), np.zeros((draws, len(net.edges)))
-    deviation = np.zeros(len(net.edges))
-    sheet = np.exp(given.sheet * rng.standard_normal((draws, 1)))
-    for crease in sorted(passes):
-        increments = np.asarray(passes[crease], dtype=np.float64)
-        if not len(increments):
-            continue
-        wanted[crease] = increments.sum()
-        own = np.exp(given.crease * rng.standard_normal((draws, 1)))
-        each = np.exp(given.per_pass * rng.standard_normal((draws, len(increments))))
-        noise = given.additive_rad * rng.standard_normal((draws, len(increments)))
-        open_loop[:, crease] = (increments * sheet * own * each + noise).sum(axis=1)
-        half_pass = 0.5 * float(np.abs(increments[-1]))
-        touched[:, crease] = wanted[crease] + rng.uniform(-half_pass, half_pass, draws) + noise[:, -1]
-        deviation[crease] = given.crease * abs(wanted[crease]) + half_pass / np.sqrt(3.0)
-    creases = np.array(sorted(passes), dtype=np.int64)
-    single = wanted + deviation[creases][:, None] * np.eye(len(net.edges))[creases]
-    alone = shape_errors(net, folded_draws(net, single))[0] if len(creases) else np.zeros(0)
-    worst = creases[np.argsort(-alone, kind="stable")][:10]
+    if seed < 0:
+        raise ValueError(f"seed is {seed}: expected 0 or more")
+    if not (math.isfinite(tolerance_rel) and tolerance_rel > 0.0):
+        raise ValueError(f"tolerance_rel is {tolerance_rel:g}: expected more than 0")
+    given, measured = figures or ScatterFigures(), touch or TouchUp()
+    job = _Job(plan, tuple(turns), given, measured, seed, touch_up=touch_up)
+    chunks = [
+        (n, min(CHUNK, draws - n * CHUNK)) for n in range((draws + CHUNK - 1) // CHUNK)
+    ]  # fmt: skip
+    parts = _on_all_cores(job, chunks, workers or cores(), on_progress)
+    shares = variance_shares(plan.net, turns, given) if turns else VarianceShares(0.0, (), 0.0)
+    planned = float(shape_errors(plan.net, folded_draws(plan.net, job.wanted[None]))[0][0])
+    ways = [_spread(plan, [p[way] for p in parts], planned, tolerance_rel) for way in range(1 + touch_up)]
     return ScatterResult(
-        draws=draws, seed=seed, tolerance_rel=tolerance_rel,
-        open_loop=_spread(net, open_loop, wanted, tolerance_rel),
-        touched_up=_spread(net, touched, wanted, tolerance_rel),
-        weakest_creases=tuple(int(c) for c in worst),
+        draws=draws, seed=seed, tolerance_rel=tolerance_rel, planned_rms_mm=planned,
+        open_loop=ways[0], touched_up=ways[1] if touch_up else None,
+        sheet_share=shares.sheet, creases=shares.creases[:MOST_CREASES], expected_rms_mm=shares.rms_mm,
     )  # fmt: skip
 
 
-def folded_draws(net: Net, angles_rad: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N, F, 3, 3) corners in mm of every face for N sets of angles (N, E): all draws at once."""
-    count = len(angles_rad)
-    turn = np.empty((count, len(net.faces), 3, 3))
-    shift = np.empty((count, len(net.faces), 3))
-    turn[:, net.base_face], shift[:, net.base_face] = np.eye(3), 0.0
-    quarter = np.pi / 2.0
-    for face in net.order[1:].tolist():
-        start, end = (np.append(p, 0.0) for p in net.hinge(face))
-        cross = (
-            rotation_about_line(start, end, quarter)[:3, :3]
-            - rotation_about_line(start, end, -quarter)[:3, :3]
-        ) / 2.0
-        angle = angles_rad[:, net.crease_of[face]]
-        own = np.eye(3) + np.sin(angle)[:, None, None] * cross
-        own += (1.0 - np.cos(angle))[:, None, None] * (cross @ cross)
-        parent = int(net.parent[face])
-        turn[:, face] = turn[:, parent] @ own
-        offset = start - np.einsum("nij,j->ni", own, start)
-        shift[:, face] = np.einsum("nij,nj->ni", turn[:, parent], offset) + shift[:, parent]
-    flat = np.zeros((len(net.faces), 3, 3))
-    flat[:, :, :2] = net.vertices[net.faces]
-    corners: NDArray[np.float64] = np.einsum("nfij,fkj->nfki", turn, flat, optimize=True) + shift[:, :, None]
-    return corners
+@dataclass(frozen=True, eq=False)
+class _Way:
+    """One chunk of draws folded in one way."""
+
+    rms_mm: NDArray[np.float64]
+    error_rad: NDArray[np.float64]
+    passes: NDArray[np.float64]
+    replays: tuple[Replayed, ...]
 
 
-def shape_errors(net: Net, corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """RMS (N,) and largest (N,) distance in mm of face corners (N, F, 3, 3) from the goal, best rigid fits.
+class _Job:
+    """Makes chunks of draws; nothing in it changes, so threads may share it."""
 
-    No mirror. Source: Kabsch, Acta Cryst. A32 (1976) 922.
-    """
-    points = corners.reshape(len(corners), -1, 3)
-    target = net.goal.vertices[net.goal.faces].reshape(-1, 3)
-    p = points - points.mean(axis=1, keepdims=True)
-    t = target - target.mean(axis=0)
-    u, _, vt = np.linalg.svd(np.einsum("npi,pj->nij", p, t))
-    sign = np.ones((len(p), 3))
-    sign[:, 2] = np.sign(np.linalg.det(u) * np.linalg.det(vt))
-    turn = np.einsum("nij,nj,njk->nik", u, sign, vt)
-    distance = np.linalg.norm(p @ turn - t, axis=2)
-    return np.sqrt((distance**2).mean(axis=1)), distance.max(axis=1)
+    def __init__(
+        self, plan: FoldPlan, turns: tuple[FoldTurn, ...], figures: ScatterFigures, touch: TouchUp,
+        seed: int, *, touch_up: bool,
+    ) -> None:  # fmt: skip
+        self.plan, self.turns, self.figures, self.touch, self.seed = plan, turns, figures, touch, seed
+        self.touch_up = touch_up
+        self.replay = ContactReplay(plan, turns)
+        self.wanted = np.zeros(len(plan.net.edges))
+        for turn in turns:
+            self.wanted[turn.crease] = turn.to_rad
+
+    def chunk(self, number: int, count: int) -> tuple[_Way, ...]:
+        """The first ``count`` draws of a chunk, open loop and (if wanted) touched up."""
+        drawn = draw_turns(self.turns, self.figures, self.touch, self.seed, number)
+        ways = [self._way(drawn.open_rad, np.full(CHUNK, float(drawn.open_passes)), count)]
+        if self.touch_up:
+            ways.append(self._way(drawn.touched_rad, drawn.touched_passes.astype(np.float64), count))
+        return tuple(ways)
+
+    def _way(self, after: NDArray[np.float64], passes: NDArray[np.float64], count: int) -> _Way:
+        net = self.plan.net
+        angles = np.zeros((CHUNK, len(net.edges)))
+        for n, turn in enumerate(self.turns):
+            angles[:, turn.crease] = after[:, n]
+        rms = shape_errors(net, folded_draws(net, angles))[0]
+        error = np.abs(angles - self.wanted).max(axis=1)
+        replays = tuple(self.replay.first(after[n]) for n in range(count))
+        return _Way(rms[:count], error[:count], passes[:count], replays)
 
 
-def _spread(
-    net: Net, angles: NDArray[np.float64], wanted: NDArray[np.float64], tolerance_rel: float
-) -> Spread:
-    diagonal = float(np.linalg.norm(np.ptp(net.goal.vertices, axis=0)))
-    rms = np.concatenate([
-        shape_errors(net, folded_draws(net, part))[0]
-        for part in np.array_split(angles, max(1, len(angles) * len(net.faces) // 50_000))
-        if len(part)
-    ])  # fmt: skip
-    largest = np.abs(angles - wanted).max(axis=1)
+def _on_all_cores(
+    job: _Job, chunks: Sequence[tuple[int, int]], workers: int, tell: Callable[[float], None] | None
+) -> list[tuple[_Way, ...]]:
+    """Results of the chunks in their order. The contact kernel lets other threads run meanwhile."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    out: list[tuple[_Way, ...]] = []
+    # The first chunk alone: it compiles what is not compiled yet.
+    out.append(job.chunk(*chunks[0]))
+    if tell is not None:
+        tell(1.0 / len(chunks))
+    with ThreadPoolExecutor(max(1, workers)) as pool:
+        try:
+            for part in pool.map(lambda c: job.chunk(*c), chunks[1:]):
+                out.append(part)
+                if tell is not None:
+                    tell(len(out) / len(chunks))
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return out
+
+
+def _spread(plan: FoldPlan, parts: Sequence[_Way], planned_mm: float, tolerance_rel: float) -> Spread:
+    diagonal = float(np.linalg.norm(np.ptp(plan.net.goal.vertices, axis=0)))
+    rms = np.concatenate([p.rms_mm for p in parts])
+    error = np.concatenate([p.error_rad for p in parts])
+    passes = np.concatenate([p.passes for p in parts])
+    replays = [r for p in parts for r in p.replays]
+    count = len(rms)
+    near = rms <= planned_mm + tolerance_rel * diagonal
+    free = np.array([r.collision is None for r in replays])
+    good = int((near & free).sum())
+    pairs = Counter(
+        (r.collision.step, r.collision.moving, r.collision.still, r.collision.in_substrate)
+        for r in replays
+        if r.collision is not None
+    )
+    often = sorted(pairs.items(), key=lambda item: (-item[1], item[0]))[:MOST_PAIRS]
     return Spread(
-        probability=float(np.mean(rms / diagonal <= tolerance_rel)),
+        probability=good / count,
+        interval=wilson_interval(good, count),
+        in_tolerance=float(near.mean()),
+        contact_free=float(free.mean()),
+        seam_touches=sum(r.seam_touches for r in replays) / count,
         shape_rms_mm=_percentiles(rms),
         shape_rms_rel=_percentiles(rms / diagonal),
-        angle_error_rad=_percentiles(largest),
+        angle_error_rad=_percentiles(error),
+        passes=float(passes.mean()),
+        pairs=tuple(HitPair(*pair, share=times / count) for pair, times in often),
     )
 
 

@@ -15,7 +15,9 @@ from twin.events import Event
 from twin.heating_interface import EqualPasses, Heating, ProcessHeating
 from twin.hinge_law import STEEL_304, SheetMetal
 from twin.mjcf_model import CompiledModel, compile_model
-from twin.scatter import ScatterFigures, ScatterResult, draw_scatter, folded_draws, shape_errors
+from twin.scatter import ScatterResult, run_scatter
+from twin.scatter_draws import FoldTurn, ScatterFigures
+from twin.shape_error import folded_draws, shape_errors
 from twin.sweep import SweepResult, kinematic_sweep
 from twin.timeline import turns
 
@@ -27,6 +29,9 @@ Verdict = Literal["pass", "contact", "occluded", "stall", "tunnel", "sag", "nume
 
 STALL_RAD = float(np.radians(2.0))
 """A hinge that ends further than this from its plan has stalled (sag of a whole part stays below it)."""
+
+DRAWS = 40
+"""Draws of scatter of a certificate; ``blossom scatter`` makes more."""
 
 _ORDER: tuple[Verdict, ...] = ("contact", "occluded", "numerical", "tunnel", "sag", "stall")
 
@@ -155,7 +160,7 @@ def validate(
     model: CompiledModel | None = None,
     heating: Heating | None = None,
     settings: RunSettings | None = None,
-    draws: int = 200,
+    draws: int = DRAWS,
     seed: int | None = None,
 ) -> Validation:
     """Play ``plan`` in MuJoCo, without and with forces, and say whether it may be sent to a machine.
@@ -180,23 +185,24 @@ def validate(
     bends = heating or (ProcessHeating(process) if process else EqualPasses())
     sweep = kinematic_sweep(compiled, plan)
     run = dynamic_run(compiled, plan, sweep, bends, settings)
-    passes: dict[int, list[float]] = {}
-    for turn in turns(plan, compiled.side):
-        if turn.crease >= 0:
-            passes.setdefault(turn.crease, []).extend(bends.plastic_increments(turn))
+    folds = tuple(
+        FoldTurn(turn.step, turn.crease, turn.to_rad, tuple(bends.plastic_increments(turn)))
+        for turn in turns(plan, compiled.side)
+        if turn.crease >= 0
+    )
     figures = ScatterFigures(*process.scatter) if process else ScatterFigures()
-    scatter = draw_scatter(plan.net, passes, figures, draws=draws, seed=plan.seed if seed is None else seed)
+    scatter = run_scatter(plan, folds, figures, draws=draws, seed=plan.seed if seed is None else seed)
     stalled = _stalled(plan, run)
     events = tuple(sorted((*sweep.events, *run.events, *stalled), key=lambda e: (e.step, e.time_s, e.kind)))
     rms, worst = shape_errors(plan.net, folded_draws(plan.net, run.angles_rad[None]))
     diagonal = float(np.linalg.norm(np.ptp(plan.net.goal.vertices, axis=0)))
     calibrated = process is not None and process.calibration != "none"
     return Validation(
-        verdict=_verdict(events), events=events, hinges=_hinges(plan, run, sorted(passes)),
+        verdict=_verdict(events), events=events, hinges=_hinges(plan, run, sorted({f.crease for f in folds})),
         shape_rms=float(rms[0]), shape_rms_rel=float(rms[0]) / diagonal, max_vertex_error=float(worst[0]),
         noted=run.noted, missed_by_dynamics=run.missed,
         energy_j=process.energy_j if process else 0.0, seconds=process.seconds if process else 0.0,
-        passes=process.passes if process else sum(map(len, passes.values())),
+        passes=process.passes if process else sum(len(f.increments_rad) for f in folds),
         heating=bends.name, calibration=process.calibration if process else "none",
         grade=process.grade if process else "C", flags=process.flags if process else (),
         process="calibrated" if calibrated else "uncalibrated", scatter=scatter,

@@ -6,14 +6,14 @@ import json
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, fields
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from planner.atomic_file import write_atomic
 from twin.errors import ValidationFileError
 from twin.events import Event
-from twin.scatter import ScatterResult, Spread
+from twin.scatter_file import read_scatter, scatter_values
 from twin.validation import Hinge, Validation
 
 __all__ = ["read_validation", "read_validation_hashes", "validation_bytes", "write_validation"]
@@ -51,10 +51,7 @@ def validation_bytes(validation: Validation, hashes: Mapping[str, str]) -> bytes
         "flags": list(validation.flags),
     }  # fmt: skip
     del data["calibration"], data["grade"], data["flags"]
-    scatter = asdict(validation.scatter)
-    for name in ("open_loop", "touched_up"):
-        scatter[name]["angle_error"] = [_degrees(a) for a in scatter[name].pop("angle_error_rad")]
-    data["scatter"] = scatter
+    data["scatter"] = scatter_values(validation.scatter)
     try:
         return (json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode()
     except ValueError as error:
@@ -83,10 +80,6 @@ def read_validation(path: str | os.PathLike[str]) -> Validation:
     data = _parse(path)
     try:
         heating = data["heating"]
-        scatter = dict(data["scatter"])
-        for name in ("open_loop", "touched_up"):
-            scatter[name] = _read_spread(scatter[name])
-        scatter["weakest_creases"] = tuple(scatter["weakest_creases"])
         known = {item.name for item in fields(Validation)}
         plain = {k: v for k, v in data.items() if k in known}
         return Validation(
@@ -101,7 +94,7 @@ def read_validation(path: str | os.PathLike[str]) -> Validation:
                 ),
                 "largest_sag_rad": math.radians(data["largest_sag"]),
                 "heating": heating["model"], "calibration": heating["calibration"], "grade": heating["grade"],
-                "flags": tuple(heating["flags"]), "scatter": ScatterResult(**scatter),
+                "flags": tuple(heating["flags"]), "scatter": read_scatter(data["scatter"]),
                 "warnings": tuple(data["warnings"]),
             }
         )  # fmt: skip
@@ -139,14 +132,6 @@ def _parse(path: str | os.PathLike[str]) -> dict[str, Any]:
 def _degrees(angle_rad: float) -> float:
     """Degrees to 1e-9, so that reading and writing again gives the same bytes."""
     return round(math.degrees(angle_rad), 9)
-
-
-def _read_spread(data: Mapping[str, Any]) -> Spread:
-    low, middle, high = data["angle_error"]
-    return Spread(
-        float(data["probability"]), tuple(data["shape_rms_mm"]), tuple(data["shape_rms_rel"]),
-        (math.radians(low), math.radians(middle), math.radians(high)),
-    )  # fmt: skip
 
 
 def _event(event: Event) -> dict[str, Any]:

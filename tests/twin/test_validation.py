@@ -15,7 +15,7 @@ from tests.twin.hand_plans import box, breadth_first_net, icosahedron, outside_i
 from tests.twin.test_dynamics import over_folded, process_of
 from twin.errors import ModelError, ValidationFileError
 from twin.mjcf_model import compile_model
-from twin.scatter import ScatterFigures, draw_scatter, folded_draws, shape_errors
+from twin.shape_error import folded_draws, shape_errors
 from twin.validation import validate
 from twin.validation_file import (
     read_validation,
@@ -129,33 +129,3 @@ def test_folding_all_draws_at_once_is_folding_each() -> None:
         distance = np.linalg.norm(alone.reshape(-1, 3) @ turn.T + shift - target, axis=1)
         assert rms[n] == pytest.approx(np.sqrt((distance**2).mean()), rel=1e-9)
         assert worst[n] == pytest.approx(distance.max(), rel=1e-9)
-
-
-def test_scatter_is_seeded_and_vanishes_without_scatter() -> None:
-    net = breadth_first_net(star())
-    passes = {
-        int(c): [float(net.fold_angle[c]) / 20] * 20 for c in net.crease_of if c >= 0 and net.fold_angle[c]
-    }
-    first, second = (draw_scatter(net, passes, seed=3) for _ in range(2))
-    assert first == second
-    assert draw_scatter(net, passes, seed=4) != first
-    none = draw_scatter(net, passes, ScatterFigures(0.0, 0.0, 0.0, 0.0), draws=4)
-    assert max(none.open_loop.shape_rms_mm) < 1e-9
-    assert none.open_loop.probability == 1.0
-    low, middle, high = first.open_loop.shape_rms_mm
-    assert low < middle < high
-    assert first.touched_up.shape_rms_mm[1] < middle
-    assert set(first.weakest_creases) <= set(passes)
-    with pytest.raises(ValueError, match="draws"):
-        draw_scatter(net, passes, draws=0)
-
-
-def test_open_loop_spread_is_the_sum_of_its_parts() -> None:
-    """One crease, many draws: the variance of its angle is that of the lognormal factors and the noise."""
-    net = breadth_first_net(star(3))
-    crease = int(net.crease_of[net.crease_of >= 0][-1])
-    total, count = np.radians(60.0), 40
-    result = draw_scatter(net, {crease: [total / count] * count}, draws=4000, seed=1)
-    sd = total * np.sqrt(0.10**2 + 0.05**2 + 0.08**2 / count + (count * np.radians(0.05) ** 2 / total**2))
-    assert result.open_loop.angle_error_rad[1] == pytest.approx(0.6745 * sd, rel=0.08)
-    assert result.touched_up.angle_error_rad[2] < total / count
