@@ -1,9 +1,9 @@
 """How warm each crease of a net is while passes are burnt, one after another, all over it.
 
 The field is marched on a coarse mesh. What the mesh cannot show, the first moments after a pass, has a closed
-form: until the heat has spread over a triangle side it is the line source in a wide plate, corrected more and more
-for what the ends of the crease and cuts beside it change, then it is handed to the mesh with the profile that
-it has by then. Heat of other creases counts at once with that profile.
+form: the line source in a wide plate, corrected more and more for what the ends of the crease and cuts beside
+it change. Once the heat has spread over a triangle side it is handed to the mesh with the profile that it has
+by then. Heat of other creases counts at once with that profile.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from twin.net_heat import NetHeat
 from twin.process_table import Chain, Conditions, Objective, SettingTable
 from twin.thermal_schedule import PassClock, TimedPasses
 
-__all__ = ["ALLOWED_START_C", "HeatModel", "plan_process"]
+__all__ = ["ALLOWED_START_C", "HeatModel", "ProcessMaker", "plan_process", "rotation_s"]
 
 HeatModel = Literal["net", "crease"]
 """``net``: start temperatures from the field in the flat net, with the heat of all passes before.
@@ -69,7 +69,7 @@ def plan_process(
         JobError: if a crease is out of focus.
     """
     share = material.absorptivity_at(rig.laser.wavelength_nm) if absorptivity is None else absorptivity
-    maker = _Maker(plan, rig, material, objective, allowed_start_c, share)
+    maker = ProcessMaker(plan, rig, material, objective, allowed_start_c, share)
     clock = maker.clock() if heat == "net" else None
     folds: list[FoldProcess] = []
     cuts: list[CutProcess] = []
@@ -145,7 +145,7 @@ class _Line:
     length: float
 
 
-class _Maker:
+class ProcessMaker:
     """Makes the process of single steps; keeps one table of settings for like conditions."""
 
     def __init__(
