@@ -21,6 +21,7 @@ from studio import (
     commands_make,
     commands_net,
     commands_resume,
+    commands_scatter,
     commands_rigs,
     commands_stages,
 )
@@ -62,7 +63,7 @@ for _command in (
     commands_make.make, commands_lists.check, commands_net.net, commands_stages.plan,
     commands_certify.certify, commands_stages.validate, commands_stages.job, commands_stages.replay,
     commands_resume.resume,
-    commands_stages.report, commands_explain.explain,
+    commands_stages.report, commands_explain.explain, commands_scatter.scatter,
     commands_bend.bend, commands_rigs.rigs, commands_lists.materials, commands_make.demo,
     commands_bench.bench,
 ):  # fmt: skip

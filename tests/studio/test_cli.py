@@ -29,6 +29,7 @@ COMMANDS = (
     "resume",
     "report",
     "explain",
+    "scatter",
     "bend",
     "rigs",
     "materials",
