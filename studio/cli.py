@@ -21,9 +21,10 @@ from studio import (
     commands_make,
     commands_net,
     commands_resume,
-    commands_scatter,
     commands_rigs,
+    commands_scatter,
     commands_stages,
+    commands_trace,
 )
 from studio.exit_codes import BAD_INPUT, exit_code_of
 from studio.messages import error_text
@@ -62,7 +63,7 @@ app = App(
 for _command in (
     commands_make.make, commands_lists.check, commands_net.net, commands_stages.plan,
     commands_certify.certify, commands_stages.validate, commands_stages.job, commands_stages.replay,
-    commands_resume.resume,
+    commands_resume.resume, commands_trace.trace,
     commands_stages.report, commands_explain.explain, commands_scatter.scatter,
     commands_bend.bend, commands_rigs.rigs, commands_lists.materials, commands_make.demo,
     commands_bench.bench,

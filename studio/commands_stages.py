@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
@@ -14,6 +15,7 @@ from studio.flags import (
     Budget,
     Bundle,
     Certify,
+    HeatFlags,
     Json,
     NoDiagnosis,
     Quiet,
@@ -36,6 +38,7 @@ def plan(
     ] = "fp",
     tilt: Tilt = None,
     bend: BendFlags = BendFlags(),  # noqa: B008  frozen
+    heat: HeatFlags = HeatFlags(),  # noqa: B008  frozen
     seed: Annotated[
         int | None, Parameter(metavar="N", help="Seed of every random choice [of the net].")
     ] = None,
@@ -65,6 +68,7 @@ def plan(
             keep_net=chosen.get("method", "nb") != "nb",
             bend_allowance=bend.bend_allowance == "on", relief=bend.relief,
             certify=certify, diagnosis=not no_diagnosis,
+            prefer=heat.prefer, start_c=heat.start_temperature, take_turns=heat.take_turns,
         )  # fmt: skip
         plan_stage(ws, options)
 
@@ -120,6 +124,10 @@ def replay(
     yes: Annotated[
         bool, Parameter(show_default=False, help="Confirm beforehand that a person stands by a real laser.")
     ] = False,
+    trace: Annotated[
+        Path | None,
+        Parameter(metavar="FILE", help="Keep what the emulated machine did (see blossom trace)."),
+    ] = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
@@ -137,7 +145,9 @@ def replay(
     if dry_run + frame + arm > 1:
         raise UsageError("--dry-run, --frame and --arm exclude each other; give one")
     mode: Literal["dry-run", "frame", "arm"] = "arm" if arm else "frame" if frame else "dry-run"
-    summary = replay_bundle(bundle, port, mode, yes=yes, progress=Progress(quiet=quiet or json))
+    if trace is not None and port != "emulator":
+        raise UsageError("--trace is for --port emulator: a real machine keeps no trace, only the journal")
+    summary = replay_bundle(bundle, port, mode, yes=yes, trace=trace, progress=Progress(quiet=quiet or json))
     print_summary(summary, as_json=json)
     return DONE
 

@@ -97,11 +97,17 @@ def run_stage(target: Path, stage: str, work: Callable[[Workspace], Any], progre
 
 
 def replay_bundle(
-    target: Path, port: str, mode: Literal["dry-run", "frame", "arm"], *, yes: bool, progress: Progress
+    target: Path,
+    port: str,
+    mode: Literal["dry-run", "frame", "arm"],
+    *,
+    yes: bool,
+    trace: Path | None = None,
+    progress: Progress,
 ) -> Summary:
     """Replay the job of a bundle; the journal stays in it whatever happens, other files are left alone."""
     return _on_the_machine(
-        target, progress, lambda ws: replay_stage(ws, port, mode, confirm=ask_person(yes=yes))
+        target, progress, lambda ws: replay_stage(ws, port, mode, confirm=ask_person(yes=yes), trace=trace)
     )
 
 

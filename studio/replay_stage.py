@@ -37,6 +37,7 @@ def replay_stage(
     mode: Literal["dry-run", "frame", "arm"],
     *,
     confirm: Callable[[str], bool] | None = None,
+    trace: Path | None = None,
 ) -> str:
     """Send the job and keep the journal in the bundle; returns the outcome in words.
 
@@ -45,6 +46,7 @@ def replay_stage(
         port: ``emulator`` or the URL of a machine.
         mode: every move without light, the outline with the pilot light, or fire.
         confirm: asked before a real machine fires, and where the job needs a person.
+        trace: file for what the emulated machine did.
 
     Raises:
         BundleError: if the bundle has no job.
@@ -57,7 +59,7 @@ def replay_stage(
     ws.manifest.sha256_of("job.gcode")
     job = read_job(ws.path("job.json"), ws.path("job.gcode"))
     journal = next_journal(ws)
-    with machine_of(ws, port) as url, ws.progress.stage("replay", f"{mode} on {port}"):
+    with machine_of(ws, port, trace) as url, ws.progress.stage("replay", f"{mode} on {port}"):
         done = replay(
             job, url, rig=ws.rig, journal_path=journal, mode=mode, certificate=certificate_of(ws),
             confirm=confirm, ask=confirm, on_progress=told(ws),
@@ -96,7 +98,7 @@ def ask_person(*, yes: bool) -> Callable[[str], bool]:
 
 
 @contextlib.contextmanager
-def machine_of(ws: Workspace, port: str) -> Iterator[str]:
+def machine_of(ws: Workspace, port: str, trace: Path | None = None) -> Iterator[str]:
     """The URL of a machine; ``emulator`` runs one while the block runs.
 
     Raises:
@@ -110,7 +112,7 @@ def machine_of(ws: Workspace, port: str) -> Iterator[str]:
     from rigs.emulator import start_emulator
 
     ws.progress.note(BANNER)
-    with start_emulator(ws.path(RIG_FILE)) as machine:
+    with start_emulator(ws.path(RIG_FILE), trace=trace) as machine:
         yield machine.url
 
 

@@ -27,6 +27,7 @@ COMMANDS = (
     "job",
     "replay",
     "resume",
+    "trace",
     "report",
     "explain",
     "scatter",

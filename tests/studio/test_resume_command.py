@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 
@@ -126,3 +127,21 @@ def test_an_edited_journal_is_named(bundle, capsys):
     capsys.readouterr()
     assert resume(bundle, "--doubt", "redo") == 1
     assert "journal-001.jsonl, line" in capsys.readouterr().err
+
+
+def test_the_trace_of_the_emulated_machine_is_the_job(bundle, tmp_path, capsys):
+    file = tmp_path / "trace.jsonl"
+    assert main(["replay", str(bundle), "--port", "emulator", "--arm", "--trace", str(file), "-q"]) == 0
+    capsys.readouterr()
+    for other in (file, bundle / "journal-001.jsonl"):
+        assert main(["trace", "compare", str(bundle), str(other)]) == 0
+        assert "in the same order, places and dose" in capsys.readouterr().out
+    lines = file.read_text().splitlines()
+    lit = [k for k, line in enumerate(lines) if '"kind":"move"' in line and '"beam":"off"' not in line]
+    del lines[lit[5]]
+    file.write_text("\n".join(lines) + "\n")
+    assert main(["trace", "compare", str(bundle), str(file), "--json"]) == 1
+    assert not json.loads(capsys.readouterr().out)["same"]
+    assert main(["trace", "compare", str(tmp_path), str(file)]) == 2
+    assert main(["trace", "compare", str(bundle), str(tmp_path / "none")]) == 2
+    assert main(["replay", str(bundle), "--port", "/dev/x", "--trace", "t", "-q"]) == 2
