@@ -111,6 +111,7 @@ class Process:
         thickness_mm: of the sheet.
         rotary_s: planned time of rotations.
         plan_wait_s: waits that the plan itself asks for.
+        naive_wait_s: waits if every crease were left to cool to 30 °C after each pass, at least.
         heat: where start temperatures come from: ``net``, the field in the flat net with the heat of all
             passes before, or ``crease``, each crease alone.
         allowed_start_c: highest mean temperature of a crease when a pass begins.
@@ -128,6 +129,7 @@ class Process:
     thickness_mm: float
     rotary_s: float = 0.0
     plan_wait_s: float = 0.0
+    naive_wait_s: float = 0.0
     heat: str = "crease"
     allowed_start_c: float = 0.0
     scatter: tuple[float, float, float] = (0.10, 0.05, 0.08)

@@ -9,6 +9,7 @@ import numpy as np
 
 from studio.contact_stage import contact_words
 from studio.diagnosis_words import blocked_summary
+from studio.heat_stage import heat_values
 from studio.report_validation import event_text
 from studio.summary import Summary
 
@@ -74,6 +75,7 @@ def bundle_summary(ws: Workspace, replay: str = "") -> Summary:
             "passes": ws.process.passes,
             "seconds": ws.job.seconds if "job.json" in manifest.files else ws.process.seconds,
             "energy_j": ws.process.energy_j,
+            "heat": heat_values(ws.process),
             "pattern": dict(manifest.process.get("pattern", {})),
         }
     validation = validation_values(ws)

@@ -15,6 +15,7 @@ from studio.flags import (
     Certify,
     CureFlags,
     Force,
+    HeatFlags,
     Json,
     MachineFlags,
     Mesh,
@@ -55,6 +56,7 @@ def make(
     cures: CureFlags = CureFlags(),  # noqa: B008  frozen
     tilt: Tilt = None,
     bend: BendFlags = BendFlags(),  # noqa: B008  frozen
+    heat: HeatFlags = HeatFlags(),  # noqa: B008  frozen
     seed: Seed = 0,
     budget: Budget = None,
     without: Without = [],  # noqa: B006  never changed
@@ -94,6 +96,9 @@ def make(
             relief=bend.relief,
             certify=certify,
             diagnosis=not no_diagnosis,
+            prefer=heat.prefer,
+            start_c=heat.start_temperature,
+            take_turns=heat.take_turns,
         ),
         machine.options(),
         force=force,

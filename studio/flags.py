@@ -12,8 +12,8 @@ from cyclopts import Parameter
 from studio.options import DEFAULT_MATERIAL, DEFAULT_RIG, MachineOptions, MeshOptions
 
 __all__ = [
-    "Base", "Budget", "Bundle", "Certify", "CureFlags", "Force", "Json", "MachineFlags", "Mesh", "MeshFlags",
-    "NoDiagnosis", "Output", "Quiet", "Rule", "Seed", "Tilt", "Without",
+    "Base", "Budget", "Bundle", "Certify", "CureFlags", "Force", "HeatFlags", "Json", "MachineFlags", "Mesh",
+    "MeshFlags", "NoDiagnosis", "Output", "Quiet", "Rule", "Seed", "Tilt", "Without",
 ]  # fmt: skip
 
 Rule = Literal["outside-in", "side", "sight", "contact", "substrate", "held", "clearance"]
@@ -128,6 +128,32 @@ class BendFlags:
         str,
         Parameter(metavar="auto|off|MM", help="Holes where creases meet: usual, none, or their radius."),
     ] = "auto"
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class HeatFlags:
+    """How creases are heated and cool."""
+
+    prefer: Annotated[
+        Literal["joules", "seconds"],
+        Parameter(metavar="joules|seconds", help="What power and speed of the folds are chosen for."),
+    ] = "joules"
+    start_temperature: Annotated[
+        float | None,
+        Parameter(
+            metavar="C",
+            validator=positive,
+            help="A pass begins when the crease is at so many °C or colder [200].",
+        ),
+    ] = None
+    take_turns: Annotated[
+        bool,
+        Parameter(
+            show_default=False,
+            help="Fold another, cold crease while one cools, where that saves time.",
+        ),
+    ] = False
 
 
 @Parameter(name="*")

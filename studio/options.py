@@ -93,6 +93,9 @@ class PlanOptions:
         relief: holes where creases meet: ``auto``, ``off`` or their radius in mm.
         certify: prove every turn free of contact.
         diagnosis: look into why creases stay short, and what would free them.
+        prefer: what settings of the laser are chosen for: ``joules`` or ``seconds``.
+        start_c: highest mean temperature of a crease when a pass begins, °C; None takes the usual one.
+        take_turns: fold another, cold crease while one cools, where that saves time.
     """
 
     planner: str = "fp"
@@ -106,6 +109,9 @@ class PlanOptions:
     relief: str = "auto"
     certify: bool = False
     diagnosis: bool = True
+    prefer: str = "joules"
+    start_c: float | None = None
+    take_turns: bool = False
 
 
 def parameters(options: MeshOptions | NetOptions | PlanOptions) -> dict[str, Any]:

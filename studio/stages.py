@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from studio.contact_stage import record_contact
 from studio.errors import UsageError
+from studio.heat_stage import choose_heat, made_process, taking_turns
 from studio.net_stage import compile_kernels, known
 from studio.options import PlanOptions, parameters
 from studio.workspace import Workspace
@@ -38,7 +39,6 @@ def plan_stage(ws: Workspace, options: PlanOptions) -> None:
     from planner.plan_folds import plan_folds
     from planner.sheet_dxf import write_sheet_dxf
     from planner.sheet_svg import write_sheet_svg
-    from twin.plan_process import plan_process
 
     if options.planner in FOLD_METHODS and options.planner not in (*PLANNERS, "fp-search"):
         raise UsageError(
@@ -74,14 +74,17 @@ def plan_stage(ws: Workspace, options: PlanOptions) -> None:
         ws.record("net", "net.fold")
         # The process follows from the plan as it is read back, so that a later run of a stage cannot differ.
         write_plan(plan, ws.path("plan.json"), ws.hashes("goal", "net"))
-        process = plan_process(read_plan(ws.path("plan.json"), ws.net), ws.rig, ws.material)
+        choose_heat(ws, options)
+        plan = taking_turns(ws, plan, options)
+        write_plan(plan, ws.path("plan.json"), ws.hashes("goal", "net"))
+        process = made_process(ws, read_plan(ws.path("plan.json"), ws.net))
         plan = plan.with_metrics(energy_j=process.energy_j, seconds=process.seconds)
         write_plan(plan, ws.path("plan.json"), ws.hashes("goal", "net"))
         write_sheet_svg(plan, ws.path("sheet.svg"))
         write_sheet_dxf(plan, ws.path("sheet.dxf"))
     ws.manifest.seed = options.seed
     ws.manifest.parameters["plan"] = parameters(options)
-    ws.manifest.process = {"sha256": process.sha256, "pattern": pattern_figures(plan).to_values()}
+    ws.manifest.process |= {"sha256": process.sha256, "pattern": pattern_figures(plan).to_values()}
     ws.record("plan", "plan.json", "sheet.svg", "sheet.dxf")
     record_contact(ws, wanted=options.certify)
     ws.process = process

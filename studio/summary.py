@@ -43,6 +43,7 @@ class Summary:
         passes: laser passes.
         seconds: machine time.
         energy_j: laser energy.
+        heat: start temperatures in °C and waits in s; ``naive_wait_s``: until every crease is cold again.
         contact: what is proven of the turns, in words; empty if no proof was asked for.
         verdict: of the validation, or ``not validated``.
         reason: why the verdict is no, in words.
@@ -79,6 +80,7 @@ class Summary:
     passes: int | None = None
     seconds: float | None = None
     energy_j: float | None = None
+    heat: dict[str, float] = field(default_factory=dict)
     contact: str = ""
     verdict: str = "not validated"
     reason: str = ""
@@ -145,6 +147,14 @@ class Summary:
             f"{self.pattern['shape_rms_without_mm']:.3f} mm rms off the shape without"
         )
 
+    def cooling(self) -> str:
+        """How long creases cool and how warm they are when a pass begins, in words."""
+        heat = self.heat
+        return (
+            f"{duration_text(heat['wait_s'])} between passes, which begin at {heat['peak_start_c']:.0f} °C or "
+            f"colder; cold again each time: {duration_text(heat['naive_wait_s'])}"
+        )
+
     def with_notice(self, notice: str) -> Summary:
         """A copy with one more notice."""
         return replace(self, notices=(*self.notices, notice))
@@ -187,6 +197,8 @@ class Summary:
             rows.append(("time", duration_text(self.seconds)))
         if self.energy_j is not None:
             rows.append(("energy", f"{self.energy_j:.0f} J"))
+        if self.heat:
+            rows.append(("cooling", self.cooling()))
         if self.without:
             rows.append(("switched off", ", ".join(self.without)))
         if self.contact:

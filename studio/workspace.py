@@ -155,9 +155,9 @@ class Workspace:
     @cached_property
     def process(self) -> Process:
         """Passes, power, speed and waits of every step; follows from plan, rig and material."""
-        from twin.plan_process import plan_process
+        from studio.heat_stage import made_process
 
-        return plan_process(self.plan, self.rig, self.material)
+        return made_process(self, self.plan)
 
     @cached_property
     def job(self) -> Job:

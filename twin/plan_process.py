@@ -7,6 +7,9 @@ import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from planner.fold_plan import Cut, Fold, FoldPlan, Point, Polyline, Release, Rotate, Wait
 from planner.pattern import pattern_of
 from rigs.beam_path import between_strokes_s, largest_speed, plan_strokes
@@ -14,6 +17,7 @@ from rigs.material import Material
 from rigs.motion_time import line_seconds
 from rigs.process import CutProcess, FoldProcess, Process
 from rigs.rig import Rig
+from twin.cooling import pass_times
 from twin.errors import HeatingError
 from twin.heating import MODEL_NAME
 from twin.hot_metal import melting_heat
@@ -40,6 +44,9 @@ CUT_RESERVE = 1.25
 """Cuts get this much more than melting needs. Grade C."""
 
 SLOWEST_CUT_MM_S = 2.0
+
+COLD_C = 30.0
+"""To compare with: the naive way waits after every pass until the crease is as cold as this again."""
 
 
 def plan_process(
@@ -115,6 +122,7 @@ def plan_process(
         thickness_mm=plan.limits.thickness,
         rotary_s=rotary_s,
         plan_wait_s=waited,
+        naive_wait_s=maker.naive_wait_s(folds),
         heat=heat,
         allowed_start_c=maker.allowed_c,
         scatter=material.scatter,
@@ -165,6 +173,25 @@ class ProcessMaker:
         self.radius = rig.head.spot_mm / 2.0
         self.tables: dict[tuple[int, int, int], SettingTable] = {}
         self.whole = {s.crease: s.to_rad for s in plan.steps if isinstance(s, Fold)}
+
+    def naive_wait_s(self, folds: list[FoldProcess]) -> float:
+        """Waits if every pass began on a cold crease, each crease taken alone: a lower bound."""
+        known: dict[tuple[float, float], NDArray[np.float64]] = {}
+        most: dict[tuple[float, float], int] = {}
+        for fold in folds:
+            key = (fold.power_w, fold.speed_mm_s)
+            most[key] = max(most.get(key, 0), fold.passes)
+        total = 0.0
+        for fold in folds:
+            key = (fold.power_w, fold.speed_mm_s)
+            if key not in known:
+                line = 1e3 * self.absorptivity * fold.power_w / fold.speed_mm_s
+                known[key] = pass_times(
+                    self.material, self.plan.limits.thickness, line, most[key], allowed_c=COLD_C,
+                    shortest_s=SHORTEST_WAIT_S,
+                ).interval_s  # fmt: skip
+            total += float(known[key][: max(fold.passes - 1, 0)].sum())
+        return total
 
     def clock(self) -> PassClock:
         """Times passes by the heat in the net, which is cold yet."""
