@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from studio.errors import UsageError
 from studio.options import PlanOptions
 
 if TYPE_CHECKING:
@@ -19,14 +20,13 @@ def choose_heat(ws: Workspace, options: PlanOptions) -> None:
     """Note in the manifest how the process is made, so that every later stage makes the same.
 
     Raises:
-        HeatingError: if creases may not be warmer than the room.
+        UsageError: if creases may not be warmer than the room.
     """
-    from twin.errors import HeatingError
     from twin.plan_process import ALLOWED_START_C, COLD_C
 
     start_c = ALLOWED_START_C if options.start_c is None else options.start_c
     if start_c < COLD_C:
-        raise HeatingError(
+        raise UsageError(
             f"--start-temperature {start_c:g}: creases cool to the room's temperature only in the end; give "
             f"{COLD_C:g} °C or more"
         )

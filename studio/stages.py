@@ -54,6 +54,7 @@ def plan_stage(ws: Workspace, options: PlanOptions) -> None:
             raise UsageError(f"--tilt {options.tilt_deg:g}: rig {ws.rig.name} tilts by 0 to {most:g} degrees")
         limits = replace(limits, max_tilt_rad=math.radians(options.tilt_deg))
     limits = bend_limits(limits, options)
+    choose_heat(ws, options)
     compile_kernels(ws)
     with ws.progress.stage("plan", "planning the folds"):
         if options.planner == "fp":
@@ -74,7 +75,6 @@ def plan_stage(ws: Workspace, options: PlanOptions) -> None:
         ws.record("net", "net.fold")
         # The process follows from the plan as it is read back, so that a later run of a stage cannot differ.
         write_plan(plan, ws.path("plan.json"), ws.hashes("goal", "net"))
-        choose_heat(ws, options)
         plan = taking_turns(ws, plan, options)
         write_plan(plan, ws.path("plan.json"), ws.hashes("goal", "net"))
         process = made_process(ws, read_plan(ws.path("plan.json"), ws.net))
