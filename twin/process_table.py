@@ -19,10 +19,9 @@ from twin.heating import (
     PassTable,
     fold_passes,
     setting_flags,
-    soft_threshold,
-    start_factor,
 )
 from twin.hot_metal import HotMetal
+from twin.pass_law import FastLaw, HeatingModel, PassLaw
 
 __all__ = ["MAX_PASSES", "Chain", "Conditions", "Objective", "Schedule", "SettingTable"]
 
@@ -97,14 +96,18 @@ class Chain:
         conditions: what the setting is used under.
         table: results of the settings.
         index: which of them.
+        law: angles of its passes; those of the closed form if None.
     """
 
-    def __init__(self, conditions: Conditions, table: PassTable, index: int) -> None:
+    def __init__(
+        self, conditions: Conditions, table: PassTable, index: int, law: PassLaw | None = None
+    ) -> None:
         self.conditions = conditions
         row = table.at(index)
+        self.law = law or FastLaw(row, conditions.material.forming.fall_off)
         self.power_w = float(row.power_w)
         self.speed_mm_s = float(row.speed_mm_s)
-        self.first_rad = float(row.angle_rad)
+        self.first_rad = self.law.first_rad
         self.threshold_w = float(row.threshold_w)
         self.fourier = float(row.fourier)
         self.peak_top_c = float(row.peak_top_c)
@@ -114,7 +117,6 @@ class Chain:
         self.flags = setting_flags(
             row, conditions.material, conditions.thickness_mm, conditions.across_mm, conditions.absorptivity
         )
-        self._fall_off = conditions.material.forming.fall_off
         self._intervals = np.zeros(0)
         self._start_c = np.zeros(0)
 
@@ -154,15 +156,15 @@ class Chain:
             start_c: (N,) mean temperature of the crease when each begins.
             done: passes that the crease has seen.
         """
-        hardening = (1.0 + np.arange(done, done + len(start_c)) / self.half_passes) ** -self._fall_off
-        shares: NDArray[np.float64] = hardening * start_factor(start_c)
-        return shares
+        return self.law.factors(start_c, done)
 
     def first_rad_at(self, power_w: float) -> float:
         """Angle of a first pass on cold metal at another power, rad."""
-        share = power_w / self.power_w
-        soft = soft_threshold(power_w / self.threshold_w) / soft_threshold(self.power_w / self.threshold_w)
-        return self.first_rad * share * float(soft)
+        return self.law.first_rad_at(power_w)
+
+    def flags_after(self, passes: int) -> tuple[str, ...]:
+        """What is doubtful when a crease gets so many passes, in words."""
+        return (*self.flags, *self.law.flags_after(passes))
 
     def power_for(self, first_rad: float) -> float:
         """Least power, up to the setting's, at which a first pass on cold metal bends by ``first_rad``."""
@@ -214,13 +216,14 @@ class SettingTable:
 
     Args:
         conditions: what the settings are used under.
+        heating: where angles of passes come from; settings are chosen by the closed form in either case.
 
     Raises:
         HeatingError: if no setting folds, with the reason.
     """
 
-    def __init__(self, conditions: Conditions) -> None:
-        self.conditions = conditions
+    def __init__(self, conditions: Conditions, heating: HeatingModel = "fast") -> None:
+        self.conditions, self.heating = conditions, heating
         speeds = conditions.largest_mm_s * _SPEED_RATIO ** -np.arange(_SPEED_STEPS)
         coarse = conditions.largest_w * 1.06 ** -np.arange(64.0)[::-1]
         limit = DESIGN_PEAK_SHARE * conditions.material.constants.solidus_c
@@ -250,8 +253,17 @@ class SettingTable:
             cost = _fold_seconds(where, passes, line) + passes * length_mm / table.speed_mm_s[usable]
         index = int(usable[np.argmin(cost)])
         if index not in self._chains:
-            self._chains[index] = Chain(where, table, index)
+            self._chains[index] = Chain(where, table, index, self._law(index))
         return self._chains[index]
+
+    def _law(self, index: int) -> PassLaw | None:
+        """The section model's answer for a setting; None for the closed form."""
+        if self.heating == "fast":
+            return None
+        from twin.section_law import SectionLaw
+
+        row = self.table.at(index)
+        return SectionLaw(self.conditions, float(row.power_w), float(row.speed_mm_s))
 
     def _passes(self, power: NDArray[np.float64], speed: NDArray[np.float64]) -> PassTable:
         where = self.conditions
