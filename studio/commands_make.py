@@ -99,6 +99,7 @@ def make(
             prefer=heat.prefer,
             start_c=heat.start_temperature,
             take_turns=heat.take_turns,
+            heating=heat.heating,
         ),
         machine.options(),
         force=force,

@@ -69,6 +69,7 @@ def plan(
             bend_allowance=bend.bend_allowance == "on", relief=bend.relief,
             certify=certify, diagnosis=not no_diagnosis,
             prefer=heat.prefer, start_c=heat.start_temperature, take_turns=heat.take_turns,
+            heating=heat.heating,
         )  # fmt: skip
         plan_stage(ws, options)
 

@@ -154,6 +154,13 @@ class HeatFlags:
             help="Fold another, cold crease while one cools, where that saves time.",
         ),
     ] = False
+    heating: Annotated[
+        Literal["fast", "section"],
+        Parameter(
+            metavar="fast|section",
+            help="Angles of passes: closed form, or tables of the layered section (a second per setting).",
+        ),
+    ] = "fast"
 
 
 @Parameter(name="*")

@@ -30,7 +30,7 @@ def choose_heat(ws: Workspace, options: PlanOptions) -> None:
             f"--start-temperature {start_c:g}: creases cool to the room's temperature only in the end; give "
             f"{COLD_C:g} °C or more"
         )
-    ws.manifest.process = {"prefer": options.prefer, "start_c": start_c}
+    ws.manifest.process = {"prefer": options.prefer, "start_c": start_c, "heating": options.heating}
 
 
 def made_process(ws: Workspace, plan: FoldPlan) -> Process:
@@ -75,4 +75,5 @@ def _choice(ws: Workspace) -> dict[str, Any]:
     return {
         "objective": chosen.get("prefer", "joules"),
         "allowed_start_c": float(chosen.get("start_c", ALLOWED_START_C)),
+        "heating": chosen.get("heating", "fast"),
     }

@@ -96,6 +96,7 @@ class PlanOptions:
         prefer: what settings of the laser are chosen for: ``joules`` or ``seconds``.
         start_c: highest mean temperature of a crease when a pass begins, °C; None takes the usual one.
         take_turns: fold another, cold crease while one cools, where that saves time.
+        heating: where angles of passes come from: ``fast``, the closed form, or ``section``.
     """
 
     planner: str = "fp"
@@ -112,6 +113,7 @@ class PlanOptions:
     prefer: str = "joules"
     start_c: float | None = None
     take_turns: bool = False
+    heating: str = "fast"
 
 
 def parameters(options: MeshOptions | NetOptions | PlanOptions) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from rigs.job_build import make_job
 from rigs.material import Material
 from rigs.rig import Rig
 from twin.cooling import AMBIENT_C
+from twin.pass_law import HeatingModel
 from twin.plan_process import ALLOWED_START_C, ProcessMaker, plan_process, rotation_s
 from twin.process_table import Chain, Objective
 from twin.thermal_schedule import PassClock
@@ -93,6 +94,7 @@ def interleave(
     objective: Objective = "joules",
     allowed_start_c: float = ALLOWED_START_C,
     absorptivity: float | None = None,
+    heating: HeatingModel = "fast",
 ) -> Interleaving:
     """Let folds take turns where that saves waiting.
 
@@ -107,19 +109,21 @@ def interleave(
         objective: what the search for a setting minimises.
         allowed_start_c: highest mean temperature of a crease when a pass begins.
         absorptivity: absorbed share of the light; the material's value when None.
+        heating: where angles of passes come from.
 
     Raises:
         HeatingError: if a crease cannot be folded with any setting of the rig.
         PlanError: if the plan bends substrate.
     """
     share = material.absorptivity_at(rig.laser.wavelength_nm) if absorptivity is None else absorptivity
-    weaver = _Weaver(plan, ProcessMaker(plan, rig, material, objective, allowed_start_c, share))
+    weaver = _Weaver(plan, ProcessMaker(plan, rig, material, objective, allowed_start_c, share, heating))
     steps = weaver.woven()
 
     def seconds(made: FoldPlan) -> float:
         process = plan_process(
-            made, rig, material, objective=objective, allowed_start_c=allowed_start_c, absorptivity=share
-        )
+            made, rig, material, objective=objective, allowed_start_c=allowed_start_c, absorptivity=share,
+            heating=heating,
+        )  # fmt: skip
         return make_job(made, process, rig, material).seconds
 
     in_order = seconds(plan)

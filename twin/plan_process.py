@@ -22,6 +22,7 @@ from twin.errors import HeatingError
 from twin.heating import MODEL_NAME
 from twin.hot_metal import melting_heat
 from twin.net_heat import NetHeat
+from twin.pass_law import HeatingModel
 from twin.process_table import Chain, Conditions, Objective, SettingTable
 from twin.thermal_schedule import PassClock, TimedPasses
 
@@ -58,6 +59,7 @@ def plan_process(
     allowed_start_c: float = ALLOWED_START_C,
     absorptivity: float | None = None,
     heat: HeatModel = "net",
+    heating: HeatingModel = "fast",
 ) -> Process:
     """How every laser step of ``plan`` is made on ``rig`` in ``material``.
 
@@ -69,14 +71,17 @@ def plan_process(
         allowed_start_c: highest mean temperature of a crease when a pass begins.
         absorptivity: absorbed share of the light; the material's value when None.
         heat: where start temperatures and waits come from.
+        heating: where angles of passes come from: the closed form, or tables of the layered section.
 
     Raises:
         HeatingError: if a crease cannot be folded or the sheet not be cut with any setting of the rig, or a
             crease turns away from the beam.
         JobError: if a crease is out of focus.
     """
+    from twin.section_law import MODEL_NAME as SECTION_NAME
+
     share = material.absorptivity_at(rig.laser.wavelength_nm) if absorptivity is None else absorptivity
-    maker = ProcessMaker(plan, rig, material, objective, allowed_start_c, share)
+    maker = ProcessMaker(plan, rig, material, objective, allowed_start_c, share, heating)
     clock = maker.clock() if heat == "net" else None
     folds: list[FoldProcess] = []
     cuts: list[CutProcess] = []
@@ -114,7 +119,7 @@ def plan_process(
     return Process(
         folds=tuple(folds),
         cuts=tuple(cuts),
-        model=MODEL_NAME,
+        model=MODEL_NAME if heating == "fast" else SECTION_NAME,
         calibration=material.calibration.status,
         grade=material.grades["forming"].grade,
         material=f"{material.name} {material.temper_name}",
@@ -164,10 +169,12 @@ class ProcessMaker:
         objective: Objective,
         allowed_c: float,
         share: float,
+        heating: HeatingModel = "fast",
     ) -> None:
         self.plan, self.rig, self.material = plan, rig, material
         self.pattern = pattern_of(plan)
         self.objective: Objective = objective
+        self.heating: HeatingModel = heating
         self.allowed_c = min(allowed_c, 20.0 + 0.35 * (material.constants.anneal_c - 20.0))
         self.absorptivity = share
         self.radius = rig.head.spot_mm / 2.0
@@ -264,7 +271,7 @@ class ProcessMaker:
             energy_j=len(schedule.increments_rad) * schedule.power_w * line.length / chain.speed_mm_s,
             beam_s=len(schedule.increments_rad) * beam_s,
             seconds=len(schedule.increments_rad) * pass_s + math.fsum(schedule.waits_s),
-            flags=(*flags, *chain.flags),
+            flags=(*flags, *chain.flags_after(done + len(schedule.increments_rad))),
             start_c=schedule.start_c,
         )
         return made, schedule.lead_s
@@ -336,6 +343,7 @@ class ProcessMaker:
                     largest_mm_s=top * 1.2 ** -key[2],
                     allowed_c=self.allowed_c,
                     shortest_wait_s=SHORTEST_WAIT_S,
-                )
+                ),
+                self.heating,
             )
         return self.tables[key]
