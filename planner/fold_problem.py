@@ -133,6 +133,7 @@ class FoldProblem:
         self.hidden_max = hidden_max
         self.use_contact = "contact" not in without
         self.use_sight = "sight" not in without
+        self.use_substrate = "substrate" not in without
         self.rotary = rotary_angles(limits.max_tilt_rad)
         self.fine = fine_tilts(limits.max_tilt_rad)
         self.corners_3d = goal.vertices[goal.faces]

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from planner.flat_layout import FlatLayout
 from planner.fold_problem import FlatTree, FoldProblem, FoldResult
+from planner.frame_strip import frame_strip
 from planner.search_moves import Trial, random_trial
 
 __all__ = [
@@ -112,12 +113,14 @@ def judge(
     give_up: float = math.inf,
     bias: NDArray[np.float64] | None = None,
 ) -> Candidate:
-    """Fold ``layout`` and weigh what comes out, see ``cost``.
+    """Fold ``layout`` inside the clamped frame and weigh what comes out, see ``cost``.
 
     A net whose cost is about to exceed ``give_up`` is not folded to the end; what it costs then is a bound.
     """
     tree = flat_tree(layout, axis_rad)
-    result = problem.fold(tree, give_up=give_up, rank=folding_order(tree, bias))
+    rank = folding_order(tree, bias)
+    frame = frame_strip(tree, problem.limits) if problem.use_substrate else None
+    result = problem.fold(tree, obstacles=frame, give_up=give_up, rank=rank)
     weight = cost(result, problem) if fits(tree, problem) else math.inf
     return Candidate(layout, axis_rad, tree, result, weight, bias)
 
@@ -191,7 +194,7 @@ def search(
     stop = threading.Event()
     shares = [0.0] * settings.chains
     began = time.monotonic()
-    heads = min(settings.chains, len(found))
+    heads = settings.chains
 
     def chain(number: int) -> list[Candidate]:
         def report(step: int, best: Candidate) -> None:
@@ -250,7 +253,7 @@ def improve(
     axes = axis_angles(problem)
     current, best = start, start
     line = [start]
-    warm, cold = 0.01, 2e-4
+    warm, cold = 0.03, 2e-4
     for step in range(settings.evaluations):
         if done(best) or settings.late or (stop is not None and stop.is_set()):
             break

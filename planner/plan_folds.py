@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, replace
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,16 +16,15 @@ from planner.base_trial import BaseTrial
 from planner.blooming_trees import BLOOMING_TREES
 from planner.dual_graph import DualGraph
 from planner.errors import NetError, PlanError
+from planner.finalists import Finalist, NetOf, improve_on_sheet, on_its_sheet
 from planner.flat_layout import FlatLayout
-from planner.fold_plan import FoldPlan, MachineLimits, Sheet
+from planner.fold_plan import FoldPlan, MachineLimits
 from planner.fold_problem import RULES, FoldProblem
 from planner.fold_search import (
     Candidate,
     SearchSettings,
     axis_angles,
-    cost,
     done,
-    folding_order,
     improve,
     judge,
     search,
@@ -33,9 +33,7 @@ from planner.insets import edge_insets
 from planner.nearly_blooming import NetAttempt, certify, nearly_blooming
 from planner.net import Net
 from planner.pattern_check import with_pattern
-from planner.placement import place_net
-from planner.plan_on_sheet import SheetFold, fold_on_sheet, plan_on_sheet, tree_of_net
-from planner.substrate import make_sheet
+from planner.plan_on_sheet import plan_on_sheet, tree_of_net
 
 __all__ = ["plan_folds"]
 
@@ -48,6 +46,9 @@ LEAST_GAIN = 0.002
 
 EVALUATION_BUDGET, MOST_EVALUATIONS = 140_000, 2800
 """Nets tried in one chain: the budget over the number of faces, but not more than the limit."""
+
+SHEETS = 60
+"""Sheets made in one chain of the search that goes on where the best nets lose folds to their sheets."""
 
 ORDERS_SHARE = 8
 """Where the net is given, axes and orders are tried this many times less often than nets otherwise."""
@@ -94,24 +95,32 @@ def plan_folds(
     insets = edge_insets(net, limits.thickness, limits.clearance)
     problem = FoldProblem(net.goal, insets, limits, hidden_max=hidden_max, without=without)
     deadline = None if budget_s is None else time.monotonic() + budget_s
-    found, trials, notices = _nets_to_fold(net, problem, seed, deadline, fixed_base, keep_net, tell)
+    settings = SearchSettings(CHAINS, 0, seed, fixed_base, deadline=deadline)
+    found, trials, notices = _nets_to_fold(net, problem, settings, keep_net, tell)
     notices += tuple(
         f"rule {rule} is kept all the same: this planner cannot do without it"
         for rule in ALWAYS_KEPT
         if rule in without
     )
-    tried: list[_Finalist] = []
+
+    def net_of(candidate: Candidate) -> tuple[Net, float | None]:
+        return _net_of(candidate, net, keep_net, trials)
+
+    tried: list[Finalist] = []
     refused: PlanError | None = None
     for number, candidate in enumerate(found):
         if tried and (tried[0].cost <= candidate.cost + LEAST_GAIN or number >= FINALISTS):
             break  # the sheet only ever takes away from what the search found
-        tell(0.9 + 0.06 * number / len(found), "folding with the sheet in place")
+        tell(0.9 + 0.03 * number / len(found), "folding with the sheet in place")
         try:
-            chosen, axis_rad = _net_of(candidate, net, keep_net, trials)
-            tried.append(_on_its_sheet(candidate, chosen, axis_rad, problem, without))
+            tried.append(on_its_sheet(candidate, net_of, problem, without))
         except PlanError as error:
             refused = refused or error
         tried.sort(key=lambda finalist: finalist.cost)
+    if tried and tried[0].cost > found[0].cost + LEAST_GAIN:
+        tell(0.93, "improving the net with the sheet in place")
+        further = replace(settings, evaluations=_evaluations(net), fixed_net=keep_net)
+        tried = _improved(tried, problem, further, net_of, without)
     for finalist in tried:
         tell(0.97, "cutting and holding")
         try:
@@ -127,40 +136,29 @@ def plan_folds(
     raise refused
 
 
-@dataclass(frozen=True, eq=False)
-class _Finalist:
-    """A net on its sheet, as far as it folds there."""
-
-    cost: float
-    placed: Net
-    sheet: Sheet
-    folded: SheetFold
-
-
-def _on_its_sheet(
-    candidate: Candidate, net: Net, axis_rad: float | None, problem: FoldProblem, without: Collection[str]
-) -> _Finalist:
-    """Place the net of a candidate and fold it with the sheet in the way.
-
-    Raises:
-        PlanError: if it does not fit, or its base cannot be held.
-    """
-    placed = place_net(net, problem.limits, axis_rad)
-    sheet = make_sheet(placed, problem.limits)
-    rank = folding_order(candidate.tree, candidate.bias)
-    folded = fold_on_sheet(placed, sheet, problem, without, rank=rank)
-    weight = cost(folded.result, problem)
-    if folded.hold.needed and "held" not in without:
-        weight += 1.0  # ``plan_on_sheet`` refuses it: the last resort
-    return _Finalist(weight, placed, sheet, folded)
+def _improved(
+    tried: list[Finalist],
+    problem: FoldProblem,
+    settings: SearchSettings,
+    net_of: NetOf,
+    without: Collection[str],
+) -> list[Finalist]:
+    """All of ``tried``, and what the best become if the search goes on with the sheet in place."""
+    heads = tried[:CHAINS]
+    with ThreadPoolExecutor(CHAINS) as pool:
+        better = pool.map(
+            lambda k: improve_on_sheet(
+                heads[k], net_of, problem, replace(settings, seed=settings.seed + 7919 * k), SHEETS, without
+            ),
+            range(len(heads)),
+        )
+        return sorted([*better, *tried], key=lambda finalist: finalist.cost)
 
 
 def _nets_to_fold(
     net: Net,
     problem: FoldProblem,
-    seed: int,
-    deadline: float | None,
-    fixed_base: bool,
+    settings: SearchSettings,
     keep_net: bool,
     tell: Callable[[float, str], None],
 ) -> tuple[list[Candidate], tuple[BaseTrial, ...], tuple[str, ...]]:
@@ -177,8 +175,7 @@ def _nets_to_fold(
     if given.overlaps:
         pairs = tuple(sorted(set(given.overlapping_pairs().ravel().tolist())))
         raise NetError(f"the net overlaps itself at faces {', '.join(map(str, pairs[:8]))}", pairs)
-    evaluations = min(MOST_EVALUATIONS, EVALUATION_BUDGET // len(net.faces))
-    settings = SearchSettings(CHAINS, evaluations, seed, fixed_base, deadline=deadline)
+    evaluations = _evaluations(net)
     trials: tuple[BaseTrial, ...] = ()
     if keep_net:
         tell(0.0, "other axes and orders for the net")
@@ -186,9 +183,10 @@ def _nets_to_fold(
         orders = replace(settings, evaluations=evaluations // ORDERS_SHARE, fixed_net=True)
         found = [start] if done(start) else improve(start, problem, orders)
     else:
-        starts = _starts(graph, net.base_face, fixed_base, seed)
-        found = search([given, *(start.layout for start in starts)], problem, settings, tell)
-        if not fixed_base:
+        starts = _starts(graph, net.base_face, settings.fixed_base, settings.seed)
+        further = replace(settings, evaluations=evaluations)
+        found = search([given, *(start.layout for start in starts)], problem, further, tell)
+        if not settings.fixed_base:
             costs = {id(candidate.layout): candidate.cost for candidate in found}
             starts.sort(key=lambda start: costs.get(id(start.layout), math.inf))
             quick = [costs.get(id(start.layout), math.inf) for start in starts]
@@ -199,6 +197,11 @@ def _nets_to_fold(
             "the time budget ended the search, so another run may give another plan; a larger --budget helps",
         )
     return found[: 3 * FINALISTS], trials, notices
+
+
+def _evaluations(net: Net) -> int:
+    """How many nets one chain of the search tries."""
+    return min(MOST_EVALUATIONS, EVALUATION_BUDGET // len(net.faces))
 
 
 def _net_of(

@@ -1,0 +1,120 @@
+"""Nets that fold well, with their sheets in place: how far each folds there, and annealing on from one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.errors import PlanError
+from planner.fold_plan import Sheet
+from planner.fold_problem import FoldProblem
+from planner.fold_search import Candidate, SearchSettings, axis_angles, cost, folding_order, judge
+from planner.net import Net
+from planner.placement import place_net
+from planner.plan_on_sheet import SheetFold, fold_on_sheet
+from planner.search_moves import Trial, random_trial
+from planner.substrate import make_sheet
+
+__all__ = ["Finalist", "NetOf", "improve_on_sheet", "on_its_sheet"]
+
+WARM, COLD = 0.02, 5e-4
+"""Temperatures between which the annealing on the sheet cools down."""
+
+NetOf = Callable[[Candidate], tuple[Net, float | None]]
+"""The net of a candidate, and the direction of the rotary axis in it (None: any that fits)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Finalist:
+    """A net on its sheet, as far as it folds there.
+
+    Attributes:
+        candidate: the net as the search knows it, with the result and the cost that the search saw.
+        cost: as ``fold_search.cost``, with the sheet in place; 1 more if the base cannot be held.
+        placed: the net under the machine.
+        sheet: the sheet around it, without tabs.
+        folded: how far it folds in that.
+    """
+
+    candidate: Candidate
+    cost: float
+    placed: Net
+    sheet: Sheet
+    folded: SheetFold
+
+
+def on_its_sheet(
+    candidate: Candidate, net_of: NetOf, problem: FoldProblem, without: Collection[str]
+) -> Finalist:
+    """Place the net of a candidate and fold it with the sheet in the way.
+
+    Raises:
+        PlanError: if it does not fit, or its base cannot be held.
+    """
+    net, axis_rad = net_of(candidate)
+    placed = place_net(net, problem.limits, axis_rad)
+    sheet = make_sheet(placed, problem.limits)
+    rank = folding_order(candidate.tree, candidate.bias)
+    folded = fold_on_sheet(placed, sheet, problem, without, rank=rank)
+    weight = cost(folded.result, problem)
+    if folded.hold.needed and "held" not in without:
+        weight += 1.0  # ``plan_on_sheet`` refuses it: the last resort
+    return Finalist(candidate, weight, placed, sheet, folded)
+
+
+def improve_on_sheet(
+    start: Finalist,
+    net_of: NetOf,
+    problem: FoldProblem,
+    settings: SearchSettings,
+    most_sheets: int,
+    without: Collection[str] = (),
+) -> Finalist:
+    """Anneal on from a finalist, with the sheet in the way of every net that is taken up.
+
+    The same moves as in ``fold_search.improve``, driven by what stops the folds on the sheet. A sheet is made
+    only for a net that would be taken up without it, since the sheet only takes away.
+
+    Args:
+        start: where to start.
+        net_of: the net of a candidate.
+        problem: goal, limits and rules.
+        settings: ``evaluations`` bounds the nets tried.
+        most_sheets: bounds the sheets made.
+        without: rules that are switched off.
+
+    Returns:
+        The best finalist met; ``start`` if nothing was better.
+    """
+    rng = np.random.default_rng(settings.seed)
+    axes = axis_angles(problem)
+    current = best = start
+    sheets = 0
+    for _ in range(settings.evaluations):
+        if sheets >= most_sheets or settings.late or (best.folded.result.cause == 0).all():
+            break
+        temperature = WARM * (COLD / WARM) ** (sheets / max(1, most_sheets - 1))
+        bar = current.cost - temperature * math.log(1.0 - rng.random())
+        now = current.candidate
+        move = random_trial(
+            Trial(now.layout, now.axis_rad, now.bias), now.tree, current.folded.result, rng, axes,
+            fixed_base=settings.fixed_base, fixed_net=settings.fixed_net,
+        )  # fmt: skip
+        if move is None:
+            continue
+        trial = judge(move.layout, problem, move.axis_rad, bar, move.bias)
+        if trial.cost > bar or not math.isfinite(trial.cost):
+            continue
+        sheets += 1
+        try:
+            finalist = on_its_sheet(trial, net_of, problem, without)
+        except PlanError:
+            continue  # it does not fit, or nothing can hold its base
+        if finalist.cost <= bar:
+            current = finalist
+        if finalist.cost < best.cost:
+            best = finalist
+    return best
