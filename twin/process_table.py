@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigs.material import Material
-from twin.cooling import loss_time_s, pass_times
+from twin.cooling import AMBIENT_C, loss_time_s, pass_times
 from twin.errors import HeatingError
 from twin.heating import (
     LARGEST_PASS_RAD,
@@ -32,6 +32,9 @@ MAX_PASSES = 3000
 
 DESIGN_PEAK_SHARE = 0.80
 """Share of the solidus (°C) that the lit face may reach: room for 25 % more absorption than assumed."""
+
+WARM_PEAK_SHARE = 0.935
+"""The same share for a pass that begins at the warmest temperature that is allowed."""
 
 DESIGN_FOURIER = 1.0
 """Largest Fourier number that the search picks: the closed form is too kind to slower beams."""
@@ -68,6 +71,12 @@ class Conditions:
     largest_mm_s: float
     allowed_c: float
     shortest_wait_s: float
+
+    @property
+    def largest_peak_c(self) -> float:
+        """Hottest peak of the lit face in a pass that begins on cold metal, °C."""
+        solidus = self.material.constants.solidus_c
+        return min(DESIGN_PEAK_SHARE * solidus, WARM_PEAK_SHARE * solidus - (self.allowed_c - AMBIENT_C))
 
 
 @dataclass(frozen=True)
@@ -226,7 +235,7 @@ class SettingTable:
         self.conditions, self.heating = conditions, heating
         speeds = conditions.largest_mm_s * _SPEED_RATIO ** -np.arange(_SPEED_STEPS)
         coarse = conditions.largest_w * 1.06 ** -np.arange(64.0)[::-1]
-        limit = DESIGN_PEAK_SHARE * conditions.material.constants.solidus_c
+        limit = conditions.largest_peak_c
         peaks = self._passes(*np.meshgrid(coarse, speeds)).peak_top_c
         # The hottest allowed power of every speed, and weaker ones.
         hottest = [float(np.interp(limit, row, coarse)) for row in peaks]
@@ -275,9 +284,8 @@ class SettingTable:
     def _valid(self) -> NDArray[np.int64]:
         """Settings that may be used."""
         table, where = self.table, self.conditions
-        solidus = where.material.constants.solidus_c
         tests = {
-            "the lit side gets too hot": table.peak_top_c <= DESIGN_PEAK_SHARE * solidus,
+            "the lit side gets too hot": table.peak_top_c <= where.largest_peak_c,
             "the beam would cut the sheet": table.regime != REGIMES.index("cuts"),
             f"heat spreads through the sheet too fast (Fourier number over {DESIGN_FOURIER:g})": (
                 table.fourier <= DESIGN_FOURIER

@@ -20,7 +20,13 @@ from tests.twin.hand_plans import breadth_first_net, icosahedron, outside_in_ste
 from twin.errors import HeatingError
 from twin.heating import bend
 from twin.plan_process import ALLOWED_START_C, plan_process
-from twin.process_table import DESIGN_FOURIER, DESIGN_PEAK_SHARE, Conditions, SettingTable
+from twin.process_table import (
+    DESIGN_FOURIER,
+    DESIGN_PEAK_SHARE,
+    WARM_PEAK_SHARE,
+    Conditions,
+    SettingTable,
+)
 
 RIG, STEEL = load_rig("grbl-4axis"), load_material("304")
 FOIL = Conditions(STEEL, 0.1, 0.35, 0.05, 0.05, 19.0, 200.0, ALLOWED_START_C, 0.1)
@@ -229,3 +235,19 @@ def test_a_plan_of_ten_thousand_passes():
     process = plan_process(plan_of(net, folds, limits=machine_limits(RIG, STEEL)), RIG, STEEL)
     assert process.passes > 10_000
     assert len(process.folds) == 79
+
+
+@pytest.mark.parametrize("metal", ["304", "1100", "6061", "titanium-2"])
+@pytest.mark.parametrize("allowed", [60.0, 150.0, 280.0])
+def test_a_warm_start_leaves_room_below_melting(metal, allowed):
+    where = replace(
+        FOIL, material=load_material(metal), allowed_c=allowed, largest_mm_s=2000.0, largest_w=90.0
+    )
+    solidus = where.material.constants.solidus_c
+    try:
+        chain = SettingTable(where).best(math.radians(40.0), 20.0)
+    except HeatingError:
+        return
+    assert chain.peak_top_c <= DESIGN_PEAK_SHARE * solidus
+    assert chain.peak_top_c + allowed - 20.0 <= WARM_PEAK_SHARE * solidus
+    assert chain.power_w > 0.0
