@@ -30,6 +30,7 @@ from rigs.replay_checks import (
     position_mistake,
 )
 from rigs.rig import Rig
+from rigs.watch import Steering, Watch
 
 __all__ = ["Mode", "Progress", "replay"]
 
@@ -75,6 +76,8 @@ def replay(
     on_status: Callable[[Status], None] | None = None,
     marks: Sequence[ReplayBlock] = (),
     resumes: Mapping[str, Any] | None = None,
+    watch: Watch | None = None,
+    steering: Steering | None = None,
     grace_s: float = _GRACE_S,
 ) -> Journal:
     """Send a job to a machine.
@@ -100,6 +103,8 @@ def replay(
         on_status: called with every status report.
         marks: pilot strokes over the marks of the sheet (``mark_blocks``), made before arming; each asks.
         resumes: what this replay goes on from, kept in the header of the journal (``rigs.resume``).
+        watch: sees every block and status; what it raises stops the machine.
+        steering: may leave passes out or repeat them, since angles are measured.
         grace_s: time beyond the planned one after which a missing answer is a fault.
 
     Returns:
@@ -115,7 +120,7 @@ def replay(
     check_job(plan, rig)
     blocks = frame_blocks(plan, rig) if mode == "frame" else plan.blocks
     link = open_link(url, rig)
-    controller = Controller(link, rig, on_status)
+    controller = Controller(link, rig)
     try:
         identity = _identify(controller)
         emulated = is_emulated(identity, url)
@@ -140,7 +145,8 @@ def replay(
                 at=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
                 resumes=dict(resumes or {}),
             )  # fmt: skip
-            run = _Run(controller, journal, mode, emulated, grace_s, ask, on_progress)
+            run = _Run(controller, journal, mode, emulated, grace_s, ask, on_progress, watch, steering)
+            controller.on_status = run.told_of(on_status)
             with _stop_signals():
                 run.guarded(lambda: run.all(blocks, home, lambda: _arm(confirm, plan, rig), marks))
     finally:
@@ -188,6 +194,8 @@ class _Run:
         grace_s: float,
         ask: Callable[[str], bool] | None,
         on_progress: Callable[[Progress], None] | None,
+        watch: Watch | None = None,
+        steering: Steering | None = None,
     ) -> None:
         self.controller = controller
         self.journal = journal
@@ -196,6 +204,8 @@ class _Run:
         self.grace_s = grace_s
         self.ask = ask
         self.on_progress = on_progress
+        self.watch = watch
+        self.steering = steering
         self.block: ReplayBlock | None = None
         self.start = time.monotonic()
 
@@ -238,8 +248,10 @@ class _Run:
         left, past = sum(planned), 0.0
         self.start = time.monotonic()
         for number, (block, seconds) in enumerate(zip(blocks, planned, strict=True), 1):
-            self.block = block
-            self._one(block, dark_block(block) if dark else lit_block(block))
+            made = (block,) if self.steering is None or dark else self.steering.blocks_for(block)
+            for sent in made:
+                self.block = sent
+                self._one(sent, dark_block(sent) if dark else lit_block(sent))
             left -= seconds
             past += seconds
             if self.on_progress is not None:
@@ -265,6 +277,8 @@ class _Run:
             self.journal.write(
                 "intent", sync=True, block=block.index, step=block.step, beam_s=block.beam_s, t=self._t()
             )
+        if self.watch is not None:
+            self.watch.begins(block, block.seconds, self._t())
         self.controller.run(lines, block.seconds, self.grace_s)
         status = self.controller.confirm_idle()
         place = self.controller.work_position(status)
@@ -273,6 +287,19 @@ class _Run:
         self.journal.write(
             "done", block=block.index, step=block.step, t=self._t(), at=[round(v, 3) for v in place.values()]
         )
+        if self.watch is not None:
+            self.watch.confirmed(block, place, self._t())
+
+    def told_of(self, on_status: Callable[[Status], None] | None) -> Callable[[Status], None]:
+        """A function for every status report."""
+
+        def tell(status: Status) -> None:
+            if on_status is not None:
+                on_status(status)
+            if self.watch is not None and self.block is not None:
+                self.watch.reports(status, self.controller.work_position(status), self._t())
+
+        return tell
 
     def _look_at(self, marks: Sequence[ReplayBlock]) -> None:
         """Run the pilot light over the marks; a person says whether it met them."""

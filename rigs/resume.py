@@ -16,7 +16,7 @@ from rigs.job import Block, Job
 from rigs.journal import Journal
 from rigs.replay_blocks import ReplayJob
 
-__all__ = ["Decision", "Doubt", "Standing", "blocks_left", "resume_job", "standing"]
+__all__ = ["Decision", "Doubt", "Standing", "blocks_left", "pass_groups", "resume_job", "standing"]
 
 Decision = Literal["done", "redo", "abandon"]
 """What becomes of the block in doubt: it counts as burnt; it is burnt again (cuts only); its crease is left
@@ -193,16 +193,15 @@ def blocks_left(
     if passes is not None:
         if doubt is None or doubt.kind != "pass" or decision != "done":
             raise JobError("a number of passes can be set for a fold pass in doubt only")
-        groups = _passes_of_step(job, doubt.block)
+        groups = [g for g in pass_groups(job, doubt.step) if g[0] > doubt.block]
         dropped |= {k for group in groups[max(passes, 0) :] for k in group}
     over = now.done | now.left_out | counted | dropped
     left = tuple(k for k in range(len(job.blocks)) if k not in over)
     return left, tuple(sorted(counted)), tuple(sorted(dropped))
 
 
-def _passes_of_step(job: Job, number: int) -> list[list[int]]:
-    """Passes of the step of block ``number`` that come after it, each as its strokes."""
-    step = job.blocks[number].step
+def pass_groups(job: Job, step: int) -> list[list[int]]:
+    """Passes of a fold step, each as the numbers of its strokes."""
     groups: list[list[int]] = [[]]
     for k, block in enumerate(job.blocks):
         if block.step != step or block.kind != "pass":
@@ -210,7 +209,7 @@ def _passes_of_step(job: Job, number: int) -> list[list[int]]:
         groups[-1].append(k)
         if block.wait_s > SYNC_S + 1e-9 or _ends_pass(job, k):
             groups.append([])
-    return [group for group in groups if group and group[0] > number]
+    return [group for group in groups if group]
 
 
 def _ends_pass(job: Job, number: int) -> bool:

@@ -23,6 +23,7 @@ from studio import (
     commands_resume,
     commands_rigs,
     commands_scatter,
+    commands_shadow,
     commands_stages,
     commands_trace,
 )
@@ -63,7 +64,7 @@ app = App(
 for _command in (
     commands_make.make, commands_lists.check, commands_net.net, commands_stages.plan,
     commands_certify.certify, commands_stages.validate, commands_stages.job, commands_stages.replay,
-    commands_resume.resume, commands_trace.trace,
+    commands_resume.resume, commands_shadow.shadow, commands_trace.trace,
     commands_stages.report, commands_explain.explain, commands_scatter.scatter,
     commands_bend.bend, commands_rigs.rigs, commands_lists.materials, commands_make.demo,
     commands_bench.bench,

@@ -129,6 +129,17 @@ def replay(
         Path | None,
         Parameter(metavar="FILE", help="Keep what the emulated machine did (see blossom trace)."),
     ] = None,
+    shadow: Annotated[
+        bool,
+        Parameter(show_default=False, help="The twin follows, and stops the machine where it differs."),
+    ] = False,
+    measure: Annotated[
+        str | None,
+        Parameter(
+            metavar="typed|URL",
+            help="Measure each crease after its passes and make fewer or more: typed, or a gauge's port.",
+        ),
+    ] = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
@@ -148,7 +159,12 @@ def replay(
     mode: Literal["dry-run", "frame", "arm"] = "arm" if arm else "frame" if frame else "dry-run"
     if trace is not None and port != "emulator":
         raise UsageError("--trace is for --port emulator: a real machine keeps no trace, only the journal")
-    summary = replay_bundle(bundle, port, mode, yes=yes, trace=trace, progress=Progress(quiet=quiet or json))
+    if measure is not None and measure.startswith("virtual") and port != "emulator":
+        raise UsageError("--measure virtual is for --port emulator: a real part has to be measured")
+    summary = replay_bundle(
+        bundle, port, mode, yes=yes, trace=trace, shadow=shadow, measure=measure,
+        progress=Progress(quiet=quiet or json),
+    )  # fmt: skip
     print_summary(summary, as_json=json)
     return DONE
 

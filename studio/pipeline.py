@@ -103,11 +103,17 @@ def replay_bundle(
     *,
     yes: bool,
     trace: Path | None = None,
+    shadow: bool = False,
+    measure: str | None = None,
     progress: Progress,
 ) -> Summary:
     """Replay the job of a bundle; the journal stays in it whatever happens, other files are left alone."""
     return _on_the_machine(
-        target, progress, lambda ws: replay_stage(ws, port, mode, confirm=ask_person(yes=yes), trace=trace)
+        target,
+        progress,
+        lambda ws: replay_stage(
+            ws, port, mode, confirm=ask_person(yes=yes), trace=trace, shadow=shadow, measure=measure
+        ),
     )
 
 

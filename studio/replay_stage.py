@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Literal
 
 from studio.bundle_summary import validation_values
 from studio.errors import UsageError
+from studio.hardware_stage import hardware
 from studio.workspace import RIG_FILE, Workspace
 
 if TYPE_CHECKING:
@@ -38,6 +39,8 @@ def replay_stage(
     *,
     confirm: Callable[[str], bool] | None = None,
     trace: Path | None = None,
+    shadow: bool = False,
+    measure: str | None = None,
 ) -> str:
     """Send the job and keep the journal in the bundle; returns the outcome in words.
 
@@ -47,6 +50,8 @@ def replay_stage(
         mode: every move without light, the outline with the pilot light, or fire.
         confirm: asked before a real machine fires, and where the job needs a person.
         trace: file for what the emulated machine did.
+        shadow: the twin follows and stops the machine where it differs.
+        measure: how creases are measured after their passes, see ``hardware``.
 
     Raises:
         BundleError: if the bundle has no job.
@@ -58,14 +63,16 @@ def replay_stage(
 
     ws.manifest.sha256_of("job.gcode")
     job = read_job(ws.path("job.json"), ws.path("job.gcode"))
+    beside = hardware(ws, job, shadow=shadow, measure=measure, lit=mode == "arm")
     journal = next_journal(ws)
     with machine_of(ws, port, trace) as url, ws.progress.stage("replay", f"{mode} on {port}"):
         done = replay(
             job, url, rig=ws.rig, journal_path=journal, mode=mode, certificate=certificate_of(ws),
-            confirm=confirm, ask=confirm, on_progress=told(ws),
+            confirm=confirm, ask=confirm, on_progress=told(ws), watch=beside.watch, steering=beside.steering,
         )  # fmt: skip
     what = "EMULATED" if done.emulated else "REAL machine"
-    return f"{mode} on {what}: {done.outcome}, {len(done.done)} blocks confirmed, {journal.name}"
+    words = f"{mode} on {what}: {done.outcome}, {len(done.done)} blocks confirmed, {journal.name}"
+    return "; ".join([words, *beside.words()])
 
 
 def told(ws: Workspace) -> Callable[[Position], None]:

@@ -27,6 +27,7 @@ COMMANDS = (
     "job",
     "replay",
     "resume",
+    "shadow",
     "trace",
     "report",
     "explain",

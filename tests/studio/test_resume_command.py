@@ -145,3 +145,35 @@ def test_the_trace_of_the_emulated_machine_is_the_job(bundle, tmp_path, capsys):
     assert main(["trace", "compare", str(tmp_path), str(file)]) == 2
     assert main(["trace", "compare", str(bundle), str(tmp_path / "none")]) == 2
     assert main(["replay", str(bundle), "--port", "/dev/x", "--trace", "t", "-q"]) == 2
+
+
+def test_shadow_and_measured_passes(bundle, capsys):
+    """A part that bends a fifth less than the model: measured, it gets more passes and the shape of the goal."""
+    replay = ["replay", str(bundle), "--port", "emulator", "--arm", "--shadow", "-q", "--json"]
+    assert main(replay) == 0
+    plain = json.loads(capsys.readouterr().out)["replay"]
+    assert "0.000 mm off the path" in plain and "folded 100.0 %" in plain
+    assert main([*replay, "--measure", "virtual:0.8"]) == 0
+    words = json.loads(capsys.readouterr().out)["replay"]
+    assert "a pass is worth 0.8" in words and "measured" in words
+    assert main(["shadow", str(bundle), "--json"]) == 0
+    values = json.loads(capsys.readouterr().out)
+    assert values["outcome"] == "complete" and values["machine"] == "EMULATED"
+    assert all(row["passes"] > 1 for row in values["creases"])
+    assert main(["shadow", str(bundle), str(bundle / "journal-001.jsonl")]) == 0
+    assert "folded        100.0 %" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--measure", "virtual:x", "--arm"],
+        ["--measure", "virtual"],
+        ["--measure", "typed", "--arm"],
+        ["--measure", "virtual:9", "--arm"],
+    ],
+)
+def test_measuring_that_makes_no_sense(bundle, words, capsys):
+    assert main(["replay", str(bundle), "--port", "emulator", "-q", *words]) == 2
+    assert "--measure" in capsys.readouterr().err
+    assert not list(bundle.glob("journal-*"))

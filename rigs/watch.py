@@ -1,0 +1,34 @@
+"""What may look over the shoulder of a replay, and what may steer it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Protocol
+
+from rigs.grbl import Status
+from rigs.replay_blocks import ReplayBlock
+
+__all__ = ["Steering", "Watch"]
+
+
+class Watch(Protocol):
+    """Sees every block and every status report; an exception stops the machine.
+
+    All times are seconds since the first block.
+    """
+
+    def begins(self, block: ReplayBlock, seconds: float, t: float) -> None:
+        """A block is about to be sent; it should take ``seconds``."""
+
+    def reports(self, status: Status, place: Mapping[str, float], t: float) -> None:
+        """The machine says where it is (work coordinates by axis word)."""
+
+    def confirmed(self, block: ReplayBlock, place: Mapping[str, float], t: float) -> None:
+        """A block was executed; the machine stands at ``place``."""
+
+
+class Steering(Protocol):
+    """Says what is made in place of a block of the job."""
+
+    def blocks_for(self, block: ReplayBlock) -> Iterator[ReplayBlock]:
+        """Blocks to send when ``block`` is due; each is asked for after the one before was confirmed."""
