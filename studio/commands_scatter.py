@@ -121,6 +121,10 @@ def _way(name: str, spread: Spread) -> list[str]:
             f"within tolerance {100 * spread.in_tolerance:.1f} %, no collision "
             f"{100 * spread.contact_free:.1f} %",
         ),
+        (
+            "",
+            f"the first collision is with the sheet in {100 * spread.sheet_hits:.1f} % of the draws",
+        ),
         ("", f"shape error {rms[1]:.2f} mm ({rms[0]:.2f} to {rms[2]:.2f})"),
         ("", f"worst crease off by {angle[1]:.2f}° ({angle[0]:.2f} to {angle[2]:.2f})"),
         ("", f"{spread.passes:.0f} passes"),

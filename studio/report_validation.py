@@ -72,10 +72,13 @@ def _section(values: Mapping[str, Any], key: str) -> Mapping[str, Any]:
 
 
 def _spread_text(spread: Mapping[str, Any], scatter: Mapping[str, Any]) -> str:
-    text = f"{100 * float(spread.get('probability', 0.0)):.0f} % of {scatter.get('draws', 0)} draws"
-    tolerance = scatter.get("tolerance_rel")
-    if isinstance(tolerance, float):
-        text += f" within {100 * tolerance:g} % of the size"
+    text = f"{100 * float(spread.get('probability', 0.0)):.0f} % of {scatter.get('draws', 0)} draws pass"
+    sure = spread.get("interval")
+    if isinstance(sure, Sequence) and len(sure) == 2:
+        text += f" (95 % sure: {100 * sure[0]:.0f} to {100 * sure[1]:.0f})"
+    for key, words in (("contact_free", "no collision"), ("in_tolerance", "shape within tolerance")):
+        if isinstance(spread.get(key), float):
+            text += f"; {words} {100 * spread[key]:.0f} %"
     shape = spread.get("shape_rms_mm")
     if isinstance(shape, Sequence) and len(shape) == 3:
         text += f"; shape error {shape[1]:.2f} mm ({shape[0]:.2f} to {shape[2]:.2f})"

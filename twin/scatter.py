@@ -62,6 +62,7 @@ class Spread:
         interval: its confidence interval of 95 % (Wilson).
         in_tolerance: share of draws whose shape error is above the planned one by no more than the tolerance.
         contact_free: share of draws in which nothing collides.
+        sheet_hits: share of draws whose first collision is with the substrate.
         seam_touches: pairs per draw that met early on their common seam, no collisions; up to the first one.
         shape_rms_mm: of the vertices against the goal, best rigid fit.
         shape_rms_rel: the same over the diagonal of the goal's bounding box.
@@ -74,6 +75,7 @@ class Spread:
     interval: tuple[float, float]
     in_tolerance: float
     contact_free: float
+    sheet_hits: float
     seam_touches: float
     shape_rms_mm: tuple[float, float, float]
     shape_rms_rel: tuple[float, float, float]
@@ -272,6 +274,7 @@ def _spread(plan: FoldPlan, parts: Sequence[_Way], planned_mm: float, tolerance_
         interval=wilson_interval(good, count),
         in_tolerance=float(near.mean()),
         contact_free=float(free.mean()),
+        sheet_hits=sum(times for pair, times in pairs.items() if pair[3]) / count,
         seam_touches=sum(r.seam_touches for r in replays) / count,
         shape_rms_mm=_percentiles(rms),
         shape_rms_rel=_percentiles(rms / diagonal),

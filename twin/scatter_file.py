@@ -58,8 +58,9 @@ def _read_spread(data: Mapping[str, Any]) -> Spread:
     least, most = data["interval"]
     return Spread(
         float(data["probability"]), (float(least), float(most)), float(data["in_tolerance"]),
-        float(data["contact_free"]), float(data["seam_touches"]), tuple(data["shape_rms_mm"]),
-        tuple(data["shape_rms_rel"]), (math.radians(low), math.radians(middle), math.radians(high)),
+        float(data["contact_free"]), float(data["sheet_hits"]), float(data["seam_touches"]),
+        tuple(data["shape_rms_mm"]), tuple(data["shape_rms_rel"]),
+        (math.radians(low), math.radians(middle), math.radians(high)),
         float(data["passes"]), tuple(HitPair(**pair) for pair in data["pairs"]),
     )  # fmt: skip
 

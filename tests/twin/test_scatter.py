@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from planner.fold_plan import Fold, FoldPlan
-from tests.twin.hand_plans import box, breadth_first_net, icosahedron, plan_of, star
+from tests.twin.hand_plans import box, breadth_first_net, icosahedron, plan_of, ring_sheet, star
 from twin.mjcf_model import compile_model
 from twin.scatter import ScatterResult, run_scatter, wilson_interval
 from twin.scatter_contact import ContactReplay
@@ -155,6 +155,18 @@ def test_a_clean_plan_collides_nowhere_and_seams_are_no_collisions() -> None:
     assert replay.first(planned).collision is None
     assert replay.first(planned).seam_touches == 0
     assert replay.first(1.05 * planned).seam_touches > 0
+
+
+def test_what_ends_a_draw_is_told() -> None:
+    """Much scatter beside a sheet that is near: pairs, steps and shares fit together."""
+    plan = plan_of(breadth_first_net(box(30, 30, 10)))
+    tight = replace(plan, sheet=ring_sheet(plan.net, gap=0.5))
+    opened = run_scatter(tight, fold_turns(tight), ScatterFigures(sheet=0.3), draws=40, touch_up=False)
+    spread = opened.open_loop
+    assert opened.touched_up is None
+    assert spread.sheet_hits <= 1.0 - spread.contact_free
+    assert sum(p.share for p in spread.pairs if p.in_substrate) <= spread.sheet_hits + 1e-12
+    assert {p.step for p in spread.pairs} <= {n for n, s in enumerate(plan.steps) if isinstance(s, Fold)}
 
 
 def test_shares_follow_from_finite_differences() -> None:
