@@ -20,7 +20,7 @@ from planner.substrate import make_sheet
 
 __all__ = ["Finalist", "NetOf", "improve_on_sheet", "on_its_sheet"]
 
-WARM, COLD = 0.02, 5e-4
+WARM, COLD = 0.005, 5e-4
 """Temperatures between which the annealing on the sheet cools down."""
 
 NetOf = Callable[[Candidate], tuple[Net, float | None]]

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from planner.fold_plan import MachineLimits
 from planner.goal_mesh import GoalMesh
-from planner.insets import inset_triangles, prism_corners
 from planner.kinematics import rigid_fit
 
 __all__ = [
@@ -143,15 +142,23 @@ class FoldProblem:
         a, b, c = (self.corners_3d[:, k] for k in range(3))
         self._double_area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
         inradius = self._double_area / lengths.sum(axis=1)
-        self._mid_insets = np.minimum(plain, 0.75 * inradius[:, None])
-        self.sharp = (insets > self._mid_insets + 1e-9).any(axis=1)
+        mid_insets = np.minimum(plain, 0.75 * inradius[:, None])
+        self.sharp = (insets > mid_insets + 1e-9).any(axis=1)
+        # a net lays the faces flat unchanged, so the inset corners have the same barycentric weights in any
+        self._inset_shares = np.concatenate(
+            [_corner_shares(self.corners_3d, insets), _corner_shares(self.corners_3d, mid_insets)], axis=1
+        )
 
     def solids(self, tree: FlatTree) -> NDArray[np.float64]:
         """(F, 12, 3) corners of every face in the flat sheet: prism, inset triangle, full triangle."""
-        flat = np.zeros((len(tree.corners), 3, 3))
-        flat[:, :, :2] = tree.corners
-        prism = prism_corners(flat, self.insets, 0.5 * self.limits.thickness)
-        return np.concatenate([prism, inset_triangles(flat, self._mid_insets), flat], axis=1)
+        half = 0.5 * self.limits.thickness
+        inset = self._inset_shares @ tree.corners
+        out = np.zeros((len(tree.corners), 12, 3))
+        out[:, 0:3, :2] = out[:, 3:6, :2] = inset[:, :3]
+        out[:, 0:3, 2], out[:, 3:6, 2] = half, -half
+        out[:, 6:9, :2] = inset[:, 3:]
+        out[:, 9:12, :2] = tree.corners
+        return out
 
     def loads(self, tree: FlatTree) -> NDArray[np.float64]:
         """(F,) moment of the weight that hangs on each crease over the moment at which it yields.
@@ -246,10 +253,28 @@ class FoldProblem:
         )
 
 
+def _corner_shares(triangles: NDArray[np.float64], insets: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(F, 3, 3) barycentric weights of the corners of ``triangles`` (F, 3, 3) set in by ``insets`` (F, 3)."""
+    lengths = np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=2)
+    a, b, c = (triangles[:, k] for k in range(3))
+    share = insets * lengths / np.linalg.norm(np.cross(b - a, c - a), axis=1)[:, None]
+    before = np.roll(share, 1, axis=1)
+    weights = np.zeros((len(triangles), 3, 3))
+    for k in range(3):
+        weights[:, k, k] = 1.0 - share[:, k] - before[:, k]
+        weights[:, k, (k + 1) % 3] = before[:, k]
+        weights[:, k, (k + 2) % 3] = share[:, k]
+    return weights
+
+
 def bounding_spheres(solids: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Centres (N, 3) and radii (N,) of spheres around solids (N, K, 3)."""
-    centres = 0.5 * (solids.min(axis=1) + solids.max(axis=1))
-    return centres, np.sqrt(((solids - centres[:, None]) ** 2).sum(axis=2).max(axis=1))
+    by_corner = np.ascontiguousarray(solids.transpose(1, 2, 0))  # numpy reduces the first axis fastest
+    centres = 0.5 * (by_corner.min(axis=0) + by_corner.max(axis=0))
+    away = by_corner - centres
+    away *= away
+    radii = np.sqrt((away[:, 0] + away[:, 1] + away[:, 2]).max(axis=0))
+    return np.ascontiguousarray(centres.T), radii
 
 
 def hinge_lines(tree: FlatTree) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

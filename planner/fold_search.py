@@ -26,8 +26,9 @@ __all__ = [
     "judge", "search",
 ]  # fmt: skip
 
-KEPT = 5
-"""Good nets that are handed on beside the best one, since the sheet may not suit that."""
+KEPT, LINE = 5, 2
+"""Good nets that are handed on since the sheet may not suit the best one: in all, and of each chain, whose
+last nets differ little on the sheet."""
 
 AXIS_DIRECTIONS = 8
 """Directions of the rotary axis in the net that are tried, over half a turn."""
@@ -272,7 +273,7 @@ def improve(
             current = trial
         if trial.cost < best.cost:
             best = trial
-            line = [trial, *line][:KEPT]
+            line = [trial, *line][:LINE]
         if on_step is not None:
             on_step(step, best)
     return line

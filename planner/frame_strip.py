@@ -16,6 +16,9 @@ __all__ = ["LONGEST_MM", "frame_strip"]
 LONGEST_MM = 40.0
 """The strips are divided into pieces no longer than this, which a fold is kept from touching one by one."""
 
+_HALVES = np.array([[[0, 1], [2, 1], [2, 3]], [[0, 1], [2, 3], [0, 3]]])
+"""Columns of a rectangle (from x, from y, to x, to y) that are the corners of its two triangles."""
+
 
 def frame_strip(tree: FlatTree, limits: MachineLimits) -> NDArray[np.float64]:
     """(M, 12, 3) the clamped frame around a flat net, as ``FoldProblem.fold`` wants obstacles.
@@ -32,21 +35,20 @@ def frame_strip(tree: FlatTree, limits: MachineLimits) -> NDArray[np.float64]:
     outer = inner + limits.frame_margin * np.array([[-1.0], [1.0]])
     (x0, y0), (x1, y1) = outer.tolist()
     (left, low), (right, high) = inner.tolist()
-    flat = []
-    for ax, ay, bx, by in (
-        (x0, y0, x1, low),
-        (x0, high, x1, y1),
-        (x0, low, left, high),
-        (right, low, x1, high),
-    ):
-        parts = max(1, math.ceil(max(bx - ax, by - ay) / LONGEST_MM))
-        along_x = bx - ax > by - ay
-        for k in range(parts):
-            start, end = k / parts, (k + 1) / parts
-            px, qx = (ax + start * (bx - ax), ax + end * (bx - ax)) if along_x else (ax, bx)
-            py, qy = (ay, by) if along_x else (ay + start * (by - ay), ay + end * (by - ay))
-            flat += [[[px, py], [qx, py], [qx, qy]], [[px, py], [qx, qy], [px, qy]]]
-    triangles = np.zeros((len(flat), 3, 3))
-    triangles[:, :, :2] = np.array(flat) @ axes
+    sides = ((x0, y0, x1, low), (x0, high, x1, y1), (x0, low, left, high), (right, low, x1, high))
+    rectangles = np.concatenate([_pieces(*side) for side in sides])
+    triangles = np.zeros((2 * len(rectangles), 3, 3))
+    triangles[:, :, :2] = rectangles[:, _HALVES].reshape(-1, 3, 2) @ axes
     up = np.array([0.0, 0.0, 0.5 * limits.thickness])
     return np.concatenate([triangles + up, triangles - up, triangles, triangles], axis=1)
+
+
+def _pieces(x0: float, y0: float, x1: float, y1: float) -> NDArray[np.float64]:
+    """(K, 4) rectangles, from and to, into which a rectangle is divided along its longer side."""
+    count = max(1, math.ceil(max(x1 - x0, y1 - y0) / LONGEST_MM))
+    cuts = np.linspace(0.0, 1.0, count + 1)
+    out = np.empty((count, 4))
+    out[:] = x0, y0, x1, y1
+    k, (start, end) = (0, (x0, x1)) if x1 - x0 > y1 - y0 else (1, (y0, y1))
+    out[:, k], out[:, k + 2] = start + cuts[:-1] * (end - start), start + cuts[1:] * (end - start)
+    return out

@@ -37,7 +37,7 @@ from planner.plan_on_sheet import plan_on_sheet, tree_of_net
 
 __all__ = ["plan_folds"]
 
-STARTS, CHAINS, FINALISTS = 24, 2, 8
+STARTS, CHAINS, FINALISTS = 24, 4, 8
 ALWAYS_KEPT = ("outside-in", "side")
 """Rules that the greedy planner keeps by its construction, whatever is switched off."""
 
@@ -143,9 +143,13 @@ def _improved(
     net_of: NetOf,
     without: Collection[str],
 ) -> list[Finalist]:
-    """All of ``tried``, and what the best become if the search goes on with the sheet in place."""
-    heads = tried[:CHAINS]
-    with ThreadPoolExecutor(CHAINS) as pool:
+    """All of ``tried``, and what two become if the search goes on with the sheet in place.
+
+    These are the best on its sheet and, as it may need little only, the one that folds best without.
+    """
+    hopeful = min(tried, key=lambda finalist: finalist.candidate.cost)
+    heads = [tried[0], hopeful if hopeful is not tried[0] else tried[min(1, len(tried) - 1)]]
+    with ThreadPoolExecutor(len(heads)) as pool:
         better = pool.map(
             lambda k: improve_on_sheet(
                 heads[k], net_of, problem, replace(settings, seed=settings.seed + 7919 * k), SHEETS, without
