@@ -70,10 +70,12 @@ class NetHeat:
         self.now_s = 0.0
         self._spreads: dict[int, NDArray[np.float64]] = {}
         self._beyond: dict[int, float] = {}
+        self._reach: dict[tuple[int, int], float] = {}
         self._lines: dict[int, tuple[NDArray[np.int64], NDArray[np.float64]]] = {}
         self._length: dict[int, float] = {}
         self._pending: deque[_Pass] = deque()
         self._grid = 0
+        self._known = (-1, -1, 0.0, 0.0)
         self._here = self.field.rise.copy()
         self._next = self._here
         tau = self.field.loss_s
@@ -147,8 +149,11 @@ class NetHeat:
     def _rise_at(self, crease: int, at_s: float) -> float:
         """Mean rise of a crease at a time between the two of the grid that are known."""
         share = at_s / self.step_s - self._grid
-        on, weight = self._line(crease)
-        rise = float(weight @ ((1.0 - share) * self._here[on] + share * self._next[on]))
+        if self._known[:2] != (self._grid, crease):
+            on, weight = self._line(crease)
+            ends = float(weight @ self._here[on]), float(weight @ self._next[on])
+            self._known = (self._grid, crease, *ends)
+        rise = (1.0 - share) * self._known[2] + share * self._known[3]
         for passed in self._pending:
             rise += passed.joules * self._felt(passed, crease, at_s)
         return rise
@@ -208,5 +213,8 @@ class NetHeat:
             # what the real ends and neighbours of the crease change grows with the way that heat has gone
             share = min(math.sqrt(age / self.spread_s), 1.0)
             return self._alone(crease, age) * (1.0 + self._beyond[crease] * share)
-        on, weight = self._line(crease)
-        return float(weight @ self._spread(passed.crease)[on])
+        pair = (passed.crease, crease)
+        if pair not in self._reach:
+            on, weight = self._line(crease)
+            self._reach[pair] = float(weight @ self._spread(passed.crease)[on])
+        return self._reach[pair]
