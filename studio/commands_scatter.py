@@ -46,6 +46,13 @@ def scatter(
             help="A draw may miss the shape by so much more than the plan, by the goal's diagonal.",
         ),
     ] = 0.02,
+    no_sheet: Annotated[
+        bool,
+        Parameter(
+            show_default=False,
+            help="Let nothing collide with the sheet: what wider clips could gain at most.",
+        ),
+    ] = False,
     seed: Annotated[
         int | None, Parameter(metavar="N", validator=not_negative, help="Seed of the draws [of the plan].")
     ] = None,
@@ -80,12 +87,19 @@ def scatter(
             plan, fold_turns(plan, process), ScatterFigures(*process.scatter),
             TouchUp(sigma_rad=math.radians(measure_sigma)),
             draws=draws, seed=plan.seed if seed is None else seed, tolerance_rel=tolerance,
-            touch_up=touch_up, on_progress=progress.update,
+            touch_up=touch_up, sheet=not no_sheet, on_progress=progress.update,
         )  # fmt: skip
     if json:
-        values = {"format": "metal-blossom/scatter", "version": 1, **scatter_values(result)}
+        values = {
+            "format": "metal-blossom/scatter",
+            "version": 1,
+            "sheet": not no_sheet,
+            **scatter_values(result),
+        }
         _say(json_text.dumps(values, ensure_ascii=False, allow_nan=False))
     else:
+        if no_sheet:
+            _say("collisions with the sheet are left out")
         for line in scatter_lines(result):
             _say(line)
     return DONE

@@ -145,6 +145,7 @@ def run_scatter(
     seed: int = 0,
     tolerance_rel: float = 0.02,
     touch_up: bool = True,
+    sheet: bool = True,
     workers: int | None = None,
     on_progress: Callable[[float], None] | None = None,
 ) -> ScatterResult:
@@ -159,6 +160,7 @@ def run_scatter(
         seed: of the draws, at least 0.
         tolerance_rel: excess of the shape error over the planned one, by the goal's diagonal, that is good.
         touch_up: also fold every draw with measuring.
+        sheet: the substrate can be hit; False shows what wider clips could gain at most.
         workers: threads; as many as there are cores if None. The result does not depend on it.
         on_progress: told the share that is done.
 
@@ -172,7 +174,7 @@ def run_scatter(
     if not (math.isfinite(tolerance_rel) and tolerance_rel > 0.0):
         raise ValueError(f"tolerance_rel is {tolerance_rel:g}: expected more than 0")
     given, measured = figures or ScatterFigures(), touch or TouchUp()
-    job = _Job(plan, tuple(turns), given, measured, seed, touch_up=touch_up)
+    job = _Job(plan, tuple(turns), given, measured, seed, touch_up=touch_up, sheet=sheet)
     chunks = [
         (n, min(CHUNK, draws - n * CHUNK)) for n in range((draws + CHUNK - 1) // CHUNK)
     ]  # fmt: skip
@@ -202,11 +204,11 @@ class _Job:
 
     def __init__(
         self, plan: FoldPlan, turns: tuple[FoldTurn, ...], figures: ScatterFigures, touch: TouchUp,
-        seed: int, *, touch_up: bool,
+        seed: int, *, touch_up: bool, sheet: bool,
     ) -> None:  # fmt: skip
         self.plan, self.turns, self.figures, self.touch, self.seed = plan, turns, figures, touch, seed
         self.touch_up = touch_up
-        self.replay = ContactReplay(plan, turns)
+        self.replay = ContactReplay(plan, turns, sheet=sheet)
         self.wanted = np.zeros(len(plan.net.edges))
         for turn in turns:
             self.wanted[turn.crease] = turn.to_rad

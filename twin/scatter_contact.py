@@ -62,15 +62,17 @@ class ContactReplay:
     Args:
         plan: the plan.
         turns: its fold steps, from ``fold_turns``.
+        sheet: the substrate can be hit; False shows what wider clips could gain at most.
     """
 
-    def __init__(self, plan: FoldPlan, turns: Sequence[FoldTurn]) -> None:
+    def __init__(self, plan: FoldPlan, turns: Sequence[FoldTurn], *, sheet: bool = True) -> None:
         net, limits = plan.net, plan.limits
         insets = edge_insets(net, limits.thickness, limits.clearance)
         problem = FoldProblem(net.goal, insets, limits)
         tree = tree_of_net(net)
         self.faces = len(net.faces)
         self.start = FoldState(problem, tree, sheet_solids(plan.sheet, limits.thickness))
+        self.start.present[self.faces :] = sheet
         self.turns = tuple(turns)
         self.child = [int(net.child_of[t.crease]) for t in turns]
         gone: dict[int, list[int]] = {}

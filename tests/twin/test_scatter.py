@@ -166,6 +166,12 @@ def test_what_ends_a_draw_is_told() -> None:
     assert opened.touched_up is None
     assert spread.sheet_hits <= 1.0 - spread.contact_free
     assert sum(p.share for p in spread.pairs if p.in_substrate) <= spread.sheet_hits + 1e-12
+    apart = run_scatter(
+        tight, fold_turns(tight), ScatterFigures(sheet=0.3), draws=40, touch_up=False, sheet=False
+    ).open_loop
+    assert apart.sheet_hits == 0.0
+    assert apart.contact_free >= spread.contact_free
+    assert apart.shape_rms_mm == spread.shape_rms_mm
     assert {p.step for p in spread.pairs} <= {n for n, s in enumerate(plan.steps) if isinstance(s, Fold)}
 
 
