@@ -52,7 +52,7 @@ def quick_starts(heat, burnt):
 def test_the_quick_heat_is_near_that_of_a_fine_field(name, interval):
     plan = shipped_plan(name)
     net = plan.net
-    burnt = passes(net, 60, interval)
+    burnt = passes(net, 40, interval)
     fine = fine_starts(ThermalField(net_mesh(net, 0.8), STEEL, 0.1), net, burnt)
     quick = quick_starts(NetHeat(net, STEEL, 0.1), burnt)
     # it errs to the warm, safe side
