@@ -7,16 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.goals import goal_path
-from planner import make_net, plan_folds, read_goal
 from planner.errors import PlanError
-from planner.fold_plan import Bend, Fold, FoldPlan, MachineLimits, Rotate
+from planner.fold_plan import Bend, Fold, FoldPlan, Rotate
 from planner.fold_replay import FoldReplay
+from tests.twin.thermal_plans import shipped_plan
 
 
 @pytest.fixture(scope="module", params=["bracket", "crown", "flower"])
 def plan(request) -> FoldPlan:
-    return plan_folds(make_net(read_goal(goal_path(request.param))), MachineLimits(), keep_net=True)
+    return shipped_plan(request.param)
 
 
 def test_every_fold_of_a_plan_is_allowed_where_it_stands(plan):
@@ -55,8 +54,7 @@ def test_broken_rules_are_named(plan):
 
 
 def test_a_fold_through_metal_is_contact():
-    goal = read_goal(goal_path("crown"))
-    plan = plan_folds(make_net(goal), MachineLimits(), keep_net=True)
+    plan = shipped_plan("crown")
     replay = FoldReplay(replace(plan, without=("sight", "side")))
     first = next(s for s in plan.steps if isinstance(s, Fold))
     assert replay.objection(Fold(first.crease, np.radians(179.9))) in ("contact", "")

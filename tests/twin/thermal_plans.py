@@ -5,8 +5,13 @@ from __future__ import annotations
 from functools import cache
 
 from models.goals import goal_path
-from planner import make_net, plan_folds, read_goal
+from planner import make_net, read_goal
 from planner.fold_plan import FoldPlan
+from planner.fold_problem import FoldProblem
+from planner.insets import edge_insets
+from planner.placement import place_net
+from planner.plan_on_sheet import plan_on_sheet
+from planner.substrate import make_sheet
 from rigs.limits import machine_limits
 from rigs.material import load_material
 from rigs.rig import load_rig
@@ -18,6 +23,8 @@ RIG, STEEL = load_rig("grbl-4axis"), load_material("304")
 
 @cache
 def shipped_plan(name: str) -> FoldPlan:
-    """The plan of a goal in ``models/goals``, its net folded as it comes."""
-    net = make_net(read_goal(goal_path(name)))
-    return plan_folds(net, machine_limits(RIG, STEEL), keep_net=True)
+    """The plan of a goal in ``models/goals``: its net folded once, as it comes, without a search."""
+    limits = machine_limits(RIG, STEEL)
+    net = place_net(make_net(read_goal(goal_path(name))), limits, 0.0)
+    problem = FoldProblem(net.goal, edge_insets(net, limits.thickness, limits.clearance), limits)
+    return plan_on_sheet(net, make_sheet(net, limits), problem, 0, (), ())
