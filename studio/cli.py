@@ -17,6 +17,7 @@ from studio import (
     commands_bend,
     commands_certify,
     commands_explain,
+    commands_export,
     commands_lists,
     commands_make,
     commands_net,
@@ -65,7 +66,7 @@ for _command in (
     commands_make.make, commands_lists.check, commands_net.net, commands_stages.plan,
     commands_certify.certify, commands_stages.validate, commands_stages.job, commands_stages.replay,
     commands_resume.resume, commands_shadow.shadow, commands_trace.trace,
-    commands_stages.report, commands_explain.explain, commands_scatter.scatter,
+    commands_stages.report, commands_export.export, commands_explain.explain, commands_scatter.scatter,
     commands_bend.bend, commands_rigs.rigs, commands_lists.materials, commands_make.demo,
     commands_bench.bench,
 ):  # fmt: skip

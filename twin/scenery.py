@@ -71,8 +71,9 @@ def _fit(root: ET.Element, plan: FoldPlan) -> None:
         for key, values in attributes.items():
             part[name].set(key, " ".join(repr(float(v)) for v in values))
 
-    place("frame_x_min", pos=(low[0] + bar, middle[1], 0.0), size=(bar, half[1], 1.5))
-    place("frame_x_max", pos=(high[0] - bar, middle[1], 0.0), size=(bar, half[1], 1.5))
+    side = max(half[1] - 2.0 * bar, 0.5)
+    place("frame_x_min", pos=(low[0] + bar, middle[1], 0.0), size=(bar, side, 1.5))
+    place("frame_x_max", pos=(high[0] - bar, middle[1], 0.0), size=(bar, side, 1.5))
     place("frame_y_min", pos=(middle[0], low[1] + bar, 0.0), size=(half[0], bar, 1.5))
     place("frame_y_max", pos=(middle[0], high[1] - bar, 0.0), size=(half[0], bar, 1.5))
     place("chuck_min", fromto=(low[0] - 20.0, 0.0, 0.0, low[0], 0.0, 0.0))

@@ -30,6 +30,7 @@ COMMANDS = (
     "shadow",
     "trace",
     "report",
+    "export",
     "explain",
     "scatter",
     "bend",
