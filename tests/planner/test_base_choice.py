@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -76,7 +77,9 @@ def test_make_net_records_what_it_tried() -> None:
     assert make_net(goal, base_face=2).certificate.bases == ()
 
 
-def test_the_plan_records_the_bases_it_folded() -> None:
+def test_the_plan_records_the_bases_it_folded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.modules["planner.plan_folds"], "EVALUATION_BUDGET", 1200)
+    monkeypatch.setattr(sys.modules["planner.plan_folds"], "SHEETS", 6)
     goal = rough_ball(16, 5, 0.3)
     plan = plan_folds(make_net(goal), MachineLimits())
     bases = plan.net.certificate.bases

@@ -29,6 +29,7 @@ HASHES = {"goal": "0" * 64, "net": "1" * 64, "rig": "2" * 64, "material": "3" * 
 @pytest.fixture(autouse=True)
 def short_search(monkeypatch):
     monkeypatch.setattr(sys.modules["planner.plan_folds"], "EVALUATION_BUDGET", 1200)
+    monkeypatch.setattr(sys.modules["planner.plan_folds"], "SHEETS", 6)
     monkeypatch.setattr(sys.modules["planner.plan_folds"], "STARTS", 4)
 
 
