@@ -151,8 +151,8 @@ class Summary:
         """How long creases cool and how warm they are when a pass begins, in words."""
         heat = self.heat
         return (
-            f"{duration_text(heat['wait_s'])} between passes, which begin at {heat['peak_start_c']:.0f} °C or "
-            f"colder; cold again each time: {duration_text(heat['naive_wait_s'])}"
+            f"{duration_text(heat['wait_s'])} between passes, which begin at {heat['peak_start_c']:.0f} °C "
+            f"or colder; cold again each time: {duration_text(heat['naive_wait_s'])}"
         )
 
     def with_notice(self, notice: str) -> Summary:

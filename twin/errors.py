@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 __all__ = [
+    "CalibrationError",
     "HeatingError",
     "ModelError",
     "SettingError",
@@ -34,3 +35,7 @@ class HeatingError(TwinError, ValueError):
 
 class SettingError(HeatingError):
     """A value of a laser setting is not finite or out of range (exit code 2)."""
+
+
+class CalibrationError(TwinError, ValueError):
+    """A table of burnt creases is wrong, or nothing can be fitted to it (exit code 2)."""

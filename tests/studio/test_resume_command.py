@@ -148,7 +148,7 @@ def test_the_trace_of_the_emulated_machine_is_the_job(bundle, tmp_path, capsys):
 
 
 def test_shadow_and_measured_passes(bundle, capsys):
-    """A part that bends a fifth less than the model: measured, it gets more passes and the shape of the goal."""
+    """A part that bends a fifth less than the model: measured, it gets more passes and its goal shape."""
     replay = ["replay", str(bundle), "--port", "emulator", "--arm", "--shadow", "-q", "--json"]
     assert main(replay) == 0
     plain = json.loads(capsys.readouterr().out)["replay"]
