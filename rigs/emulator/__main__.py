@@ -12,7 +12,7 @@ from pathlib import Path
 from types import FrameType
 
 from rigs.emulator.config import config_for
-from rigs.emulator.faults import read_faults
+from rigs.emulator.faults import read_faults, timed_faults
 from rigs.emulator.machine import GrblMachine
 from rigs.emulator.server import serve
 from rigs.emulator.trace import Trace
@@ -31,7 +31,7 @@ def _arguments() -> argparse.ArgumentParser:
         help="simulated seconds in a real second; 0: as fast as possible",
     )
     parser.add_argument("--trace", type=Path, help="write what the machine did to this file, JSON lines")
-    parser.add_argument("--fault", action="append", default=[], help="KIND[:CODE]@LINE, such as error:9@120")
+    parser.add_argument("--fault", action="append", default=[], help="KIND[:CODE]@LINE or @SECONDSs")
     parser.add_argument("--set", action="append", default=[], help="change a setting, such as 32=0")
     parser.add_argument("--with-parent", action="store_true", help="end when standard input closes")
     return parser
@@ -45,13 +45,13 @@ def main(arguments: list[str] | None = None) -> int:
         config = config_for(rig).with_settings(
             {int(key): float(value) for key, _, value in (text.partition("=") for text in options.set)}
         )
-        faults = read_faults(options.fault)
+        faults, timed = read_faults(options.fault), timed_faults(options.fault)
         trace = Trace(options.trace.open("w", encoding="ascii") if options.trace else None)
         listener = socket.create_server(("127.0.0.1", options.port))
     except (RigError, OSError, ValueError) as error:
         sys.stderr.write(f"emulator: {error}\n")
         return 2
-    machine = GrblMachine(config, trace, faults)
+    machine = GrblMachine(config, trace, faults, timed)
     url = f"socket://127.0.0.1:{listener.getsockname()[1]}"
     sys.stdout.write(json.dumps({"url": url, "emulated": True, "rig": rig.name, "pid": os.getpid()}) + "\n")
     sys.stdout.flush()

@@ -10,6 +10,10 @@ from rigs.rig import Rig
 __all__ = ["MachineConfig", "config_for"]
 
 
+_GRBLHAL_RESTORE_S = 4.0
+"""grblHAL's default for the time that a spindle gets after the door (setting 392)."""
+
+
 @dataclass(frozen=True)
 class MachineConfig:
     """A GRBL machine.
@@ -23,6 +27,10 @@ class MachineConfig:
         g54: work offset G54 per axis.
         resets_on_open: a new connection resets the board.
         version: what ``$I`` says before the mark.
+        banner: what it says after a reset.
+        names_power: reports the S word in ``Idle`` too, and the spindle in ``A:`` (grblHAL).
+        door_restore_s: from ``~`` behind a closed lid until it moves and lights again.
+        max_step_hz: fastest step rate that the processor survives.
     """
 
     axes: tuple[str, ...] = ("X", "Y", "Z")
@@ -33,6 +41,10 @@ class MachineConfig:
     g54: tuple[float, ...] = (0.0, 0.0, 0.0)
     resets_on_open: bool = True
     version: str = "1.1h.20190830"
+    banner: str = "Grbl 1.1h ['$' for help]"
+    names_power: bool = False
+    door_restore_s: float = 0.0
+    max_step_hz: float = 30000.0
 
     def with_settings(self, changes: dict[int, float]) -> MachineConfig:
         """A copy with some settings replaced."""
@@ -67,18 +79,24 @@ def config_for(rig: Rig) -> MachineConfig:
     for i in range(len(rig.axis_words)):
         settings |= {100 + i: steps[i], 110 + i: speed[i], 120 + i: accel[i], 130 + i: travel[i]}
     settings |= {int(key[1:]): value for key, value in rig.controller.expect.items()}
+    hal = rig.controller.dialect == "grblhal"
     version = {
         "grbl1.1": "1.1h.20190830",
         "grbl-mega-5x": "1.1q.20230611",
         "grblhal": "1.1f.20240222",
     }[rig.controller.dialect]
+    name = version.partition(".")[0] + "." + version.partition(".")[2][:2]
     return MachineConfig(
         axes=rig.axis_words,
         settings=tuple(sorted(settings.items())),
         rx_bytes=rig.controller.rx_bytes,
-        planner_blocks=15 if rig.controller.dialect == "grbl1.1" else 35,
+        planner_blocks={"grbl1.1": 15, "grbl-mega-5x": 35, "grblhal": 100}[rig.controller.dialect],
         line_chars=rig.controller.line_chars,
         g54=rig.controller.g54_mm or (0.0,) * len(rig.axis_words),
         resets_on_open=rig.controller.resets_on_open,
         version=version,
+        banner=f"GrblHAL {name} ['$' or '$HELP' for help]" if hal else f"Grbl {name} ['$' for help]",
+        names_power=hal,
+        door_restore_s=_GRBLHAL_RESTORE_S if hal else 0.0,
+        max_step_hz=axes.max_step_hz,
     )

@@ -47,6 +47,8 @@ def dollar_line(machine: GrblMachine, line: str) -> Iterator[Wait]:
         count, names = len(machine.config.axes), "".join(machine.config.axes)
         machine.say(f"[VER:{machine.config.version}:{EMULATED_MARK}]")
         machine.say(f"[OPT:VM,{machine.config.planner_blocks},{machine.config.rx_bytes}]")
+        if machine.config.names_power:
+            machine.say("[FIRMWARE:grblHAL]")
         if count > 3:
             machine.say(f"[AXS:{count}:{names}]")
     elif line == "$#":
@@ -104,5 +106,6 @@ def _home(machine: GrblMachine) -> None:
     for i in range(min(3, len(place))):
         if machine.settings.get(130 + i, 0.0) > 0.0:
             place[i] = -pull_off if machine.config.g54[i] < 0.0 else pull_off
+            machine.shift[i] = 0.0  # the switch knows where the axis is
     machine.motion.position = tuple(place)
     machine.state = "Idle"

@@ -1,20 +1,25 @@
-"""The fault script: what goes wrong at which line."""
+"""The fault script: what goes wrong at which received line, or at which simulated second."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigs.emulator.outside import set_power_override, slip, turn_door
 from rigs.errors import ProfileError
 
 if TYPE_CHECKING:
     from rigs.emulator.machine import GrblMachine
 
-__all__ = ["Fault", "read_faults"]
+__all__ = ["Fault", "read_faults", "timed_faults"]
 
-KINDS = ("error", "alarm", "drop", "mute", "power", "no-ok", "extra-ok", "garble")
-_FAULT = re.compile(r"([a-z-]+)(?::(\d+))?@(\d+)")
+KINDS = (
+    "error", "alarm", "drop", "mute", "power", "no-ok", "extra-ok", "garble", "door", "shut", "slip", "boost",
+)  # fmt: skip
+_FAULT = re.compile(r"([a-z-]+)(?::(?:([XYZABC])?([+-]?\d+(?:\.\d+)?)))?@(\d+(?:\.\d+)?)(s?)")
+_OF_LINES = ("error", "no-ok", "extra-ok", "garble")
 
 
 @dataclass(frozen=True)
@@ -24,17 +29,25 @@ class Fault:
     Attributes:
         kind: ``error`` (answer ``error:code``, the line is not executed), ``alarm``, ``drop`` (cut the
             link), ``mute`` (answer nothing any more, not even ``?``), ``power`` (power cycle), ``no-ok``,
-            ``extra-ok``, ``garble`` (``o`` instead of ``ok``).
+            ``extra-ok``, ``garble`` (``o`` instead of ``ok``), ``door`` (the lid opens), ``shut`` (and
+            closes), ``slip`` (an axis moves without its controller knowing), ``boost`` (somebody sets the
+            power override).
         code: of an error or alarm.
-        line: number of the received line, from 1.
+        line: number of the received line, from 1; 0 for one that strikes by time.
+        axis: word of the axis that slips.
+        value: mm or degrees that it slips, or percent of the power override.
+        at_s: simulated second at which it strikes, if it does not wait for a line.
     """
 
     kind: str
     code: int
     line: int
+    axis: str = ""
+    value: float = 0.0
+    at_s: float = 0.0
 
     def strike(self, machine: GrblMachine) -> bool:
-        """Act before the line; True when the line is not executed."""
+        """Act, before the line if there is one; True when the line is not executed."""
         if self.kind == "alarm":
             machine.alarm(self.code)
         elif self.kind == "drop":
@@ -42,8 +55,16 @@ class Fault:
         elif self.kind == "mute":
             machine.mute = True
         elif self.kind == "power":
-            machine.motion.abort(machine.now)
-            machine.power_up()
+            machine.power_cycle()
+        elif self.kind in ("door", "shut"):
+            turn_door(machine, is_open=self.kind == "door")
+            return False
+        elif self.kind == "slip":
+            slip(machine, self.axis, self.value)
+            return False
+        elif self.kind == "boost":
+            set_power_override(machine, self.value)
+            return False
         else:
             return False
         return True
@@ -57,19 +78,41 @@ class Fault:
         return self.kind in ("no-ok", "garble")
 
 
-def read_faults(texts: list[str]) -> dict[int, Fault]:
-    """Read faults written as ``KIND[:CODE]@LINE``, such as ``error:9@120`` or ``drop@40``.
+def read_faults(texts: Sequence[str]) -> dict[int, Fault]:
+    """Read the faults that strike at a line: ``error:9@120``, ``drop@40``, ``slip:A-5@200``.
 
     Raises:
-        ProfileError: if a text is not of that form.
+        ProfileError: if a text is not a fault.
     """
-    faults: dict[int, Fault] = {}
-    for text in texts:
-        match = _FAULT.fullmatch(text)
-        if match is None or match[1] not in KINDS:
-            raise ProfileError(
-                f"fault '{text}': expected KIND[:CODE]@LINE, such as error:9@120, "
-                f"with KIND one of {', '.join(KINDS)}"
-            )
-        faults[int(match[3])] = Fault(match[1], int(match[2] or 1), int(match[3]))
-    return faults
+    return {fault.line: fault for fault in map(_read, texts) if fault.line}
+
+
+def timed_faults(texts: Sequence[str]) -> tuple[Fault, ...]:
+    """Read the faults that strike at a simulated second, in order: ``door@2.5s``, ``power@10s``.
+
+    Raises:
+        ProfileError: if a text is not a fault.
+    """
+    return tuple(sorted((f for f in map(_read, texts) if not f.line), key=lambda f: f.at_s))
+
+
+def _read(text: str) -> Fault:
+    match = _FAULT.fullmatch(text)
+    kind = match[1] if match else ""
+    by_line = bool(match) and not match[5]  # type: ignore[index]
+    if match is None or kind not in KINDS or (by_line and (not match[4].isdigit() or int(match[4]) < 1)):
+        raise ProfileError(
+            f"fault '{text}': expected KIND[:CODE]@LINE, such as error:9@120 or slip:A-5@200, or "
+            f"KIND@SECONDSs, such as door@2.5s, with KIND one of {', '.join(KINDS)}"
+        )
+    if not by_line and kind in _OF_LINES:
+        raise ProfileError(f"fault '{text}': {kind} needs the line that it strikes, such as {kind}@120")
+    if (kind == "slip") != bool(match[2]):
+        raise ProfileError(f"fault '{text}': expected an axis for slip and for nothing else: slip:A-5@200")
+    value = float(match[3] or 1.0)
+    if kind in ("error", "alarm") and not value.is_integer():
+        raise ProfileError(f"fault '{text}': expected a whole number as the code of {kind}")
+    return Fault(
+        kind, int(value), int(match[4]) if by_line else 0, match[2] or "", value,
+        0.0 if by_line else float(match[4]),
+    )  # fmt: skip

@@ -3,7 +3,7 @@
 Behaviour follows Grbl 1.1h as measured on running firmware: ``ok`` of a move means planned, ``ok`` of ``M5``
 or ``G4`` means executed, M4 light scales with speed and is off at rest, M3 light stays on at rest, with
 ``$32=0`` the light stays on always, ``!`` darkens, 0x18 in motion alarms, a limit mutes it until 0x18.
-Power and feed overrides are ignored.
+Feed and rapid overrides are ignored, the power override is not.
 """
 
 from __future__ import annotations
@@ -11,17 +11,21 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from rigs.emulator.beam import beam_share, rest_level
 from rigs.emulator.config import MachineConfig
 from rigs.emulator.dollar import dollar_line
 from rigs.emulator.faults import Fault
 from rigs.emulator.gcode_words import GrblError, clean_line
-from rigs.emulator.motion import Motion, Segment
+from rigs.emulator.motion import Motion
+from rigs.emulator.outside import set_power_override
 from rigs.emulator.parser import Modal, Wait, apply_line
+from rigs.emulator.report import status_report
 from rigs.emulator.trace import Trace
 
 __all__ = ["GrblMachine"]
 
-_REALTIME = frozenset(b"?!~\x18")
+_REALTIME = frozenset(b"?!~\x18\x84\x99\x9a\x9b\x9c\x9d")
+_POWER_STEPS = {0x9A: 10.0, 0x9B: -10.0, 0x9C: 1.0, 0x9D: -1.0}
 _EPS = 1e-9
 
 
@@ -33,6 +37,7 @@ class GrblMachine:
         config: what it pretends to be.
         trace: where moves and light are written.
         faults: what goes wrong and when, by the number of the received line.
+        timed: what goes wrong at a simulated second, in order.
         now: simulated time, s.
         out: answers not yet sent.
         dropped: True when a fault cut the link; the server closes the connection.
@@ -41,6 +46,7 @@ class GrblMachine:
     config: MachineConfig
     trace: Trace
     faults: dict[int, Fault] = field(default_factory=dict)
+    timed: tuple[Fault, ...] = ()
     now: float = 0.0
     out: bytearray = field(default_factory=bytearray)
     dropped: bool = False
@@ -51,6 +57,10 @@ class GrblMachine:
         self.wco = list(self.config.g54)
         self.lines_seen = 0
         self.mute = False
+        self.door_open = False
+        self.power_percent = 100.0
+        self.shift = [0.0] * len(self.config.axes)  # where the axes really are, less what MPos says
+        self._timed = list(self.timed)
         self.power_up()
 
     # -- life ---------------------------------------------------------------------------------------------
@@ -60,6 +70,13 @@ class GrblMachine:
         self.motion = Motion((0.0,) * len(self.config.axes), self.settings.get(11, 0.01))
         self.state = "Alarm" if self.settings.get(22) else "Idle"
         self._restart()
+
+    def power_cycle(self) -> None:
+        """Lose power and get it back: the axes stay where they are, the controller believes to be at zero."""
+        self.motion.abort(self.now)
+        self.drain()
+        self.shift = [s + p for s, p in zip(self.shift, self.motion.position, strict=True)]
+        self.power_up()
 
     def _restart(self) -> None:
         self.modal = Modal(len(self.config.axes))
@@ -71,11 +88,11 @@ class GrblMachine:
         self.reset_after_line = False
         self.mute = False
         self.reports = 0
-        self._light()
+        self.restored: float | None = None
+        self.power_percent = 100.0
+        self.light()
         self.say("")
-        self.say(
-            f"Grbl {self.config.version.split('.')[0]}.{self.config.version.split('.')[1][:2]} ['$' for help]"
-        )
+        self.say(self.config.banner)
         if self.state == "Alarm":
             self.say("[MSG:'$H'|'$X' to unlock]")
 
@@ -83,7 +100,7 @@ class GrblMachine:
         """Soft reset (0x18): light off; in motion the position is no longer trusted (ALARM:3)."""
         moving = self.motion.moving and self.state != "Alarm"
         self.motion.abort(self.now)
-        self._drain()
+        self.drain()
         if moving or self.state == "Home":
             self.say("ALARM:6" if self.state == "Home" else "ALARM:3")
             self.state = "Alarm"
@@ -94,11 +111,11 @@ class GrblMachine:
     def alarm(self, code: int) -> None:
         """Stop at once with an alarm; after 1 and 2 nothing is answered until 0x18."""
         self.motion.abort(self.now)
-        self._drain()
+        self.drain()
         self.state = "Alarm"
         self.say(f"ALARM:{code}")
         self.task = self.wait = self.wake = None
-        self._light()
+        self.light()
         if code in (1, 2):
             self.say("[MSG:Reset to continue]")
             self.mute = True
@@ -115,8 +132,6 @@ class GrblMachine:
         for byte in data:
             if byte in _REALTIME:
                 self._realtime(byte)
-            elif byte == 0x84:
-                self._hold("Door")
             elif byte < 0x80 and len(self.rx) < self.config.rx_bytes:
                 self.rx.append(byte)
         self.pump()
@@ -129,24 +144,49 @@ class GrblMachine:
         elif byte == ord("?"):
             self.say(self.status())
         elif byte == ord("!"):
-            self._hold("Hold")
-        elif byte == ord("~") and self.state in ("Hold", "Door") and not self.motion.moving:
-            self.motion.resume(self.now)
-            self.state = "Idle"
-            self._light()
+            self.hold("Hold")
+        elif byte == 0x84:
+            self.hold("Door")
+        elif byte == 0x99:
+            set_power_override(self, 100.0)
+        elif byte in _POWER_STEPS:
+            set_power_override(self, self.power_percent + _POWER_STEPS[byte])
+        elif byte == ord("~"):
+            self._cycle_start()
 
-    def _hold(self, state: str) -> None:
+    def _cycle_start(self) -> None:
+        """``~``: go on after a hold; refused while the lid stands open."""
+        if self.state not in ("Hold", "Door") or self.motion.moving or self.restored is not None:
+            return
+        if self.state == "Door":
+            if self.door_open:
+                return
+            if self.config.door_restore_s > 0.0:
+                self.restored = self.now + self.config.door_restore_s
+                return
+        self._go_on()
+
+    def _go_on(self) -> None:
+        self.restored = None
+        self.motion.resume(self.now)
+        self.state = "Idle"
+        self.light()
+
+    def hold(self, state: str) -> None:
+        """Slow down to a stand without light: ``Hold`` or ``Door``."""
         if self.state in ("Idle", "Hold", "Door"):
             self.motion.hold(self.now)
-            self._drain()
+            self.drain()
             self.state = state
-            self._light()
+            self.light()
 
     # -- time ---------------------------------------------------------------------------------------------
 
     def next_event(self) -> float | None:
         """Simulated time of the next thing that happens by itself, or None."""
-        times = [t for t in (self.motion.next_event(), self.wake) if t is not None]
+        fault = self._timed[0].at_s if self._timed else None
+        known = (self.motion.next_event(), self.motion.trips_at(), self.wake, self.restored, fault)
+        times = [max(t, self.now) for t in known if t is not None]
         return min(times) if times else None
 
     def advance(self, to: float) -> None:
@@ -157,32 +197,28 @@ class GrblMachine:
 
     def _step_to(self, t: float) -> None:
         self.now = max(self.now, t)
+        while self._timed and self._timed[0].at_s <= self.now:
+            self._timed.pop(0).strike(self)
+        trip = self.motion.trips_at()
+        if trip is not None and trip <= self.now + _EPS:
+            self.alarm(1)
         self.motion.advance(self.now)
-        self._drain()
-        self._light()
+        if self.restored is not None and self.now >= self.restored - _EPS:
+            self._go_on()
+        self.drain()
+        self.light()
         self.pump()
 
-    def _drain(self) -> None:
+    def drain(self) -> None:
+        """Write what was moved to the trace."""
         for start, end, segment in self.motion.finished:
-            self.trace.move(start, end, segment, self.beam_share(segment))
+            beam = beam_share(segment, laser_mode=bool(self.settings.get(32)))
+            self.trace.move(start, end, segment, beam, self.power(segment.s), self.shift)
         self.motion.finished.clear()
 
-    def beam_share(self, segment: Segment) -> str:
-        """How the light behaves in a move: ``off``, ``scaled`` with speed, or ``full``."""
-        if segment.mode == 5 or segment.s <= 0.0:
-            return "off"
-        if not self.settings.get(32):
-            return "full"
-        if segment.rapid:
-            return "off"
-        return "scaled" if segment.mode == 4 else "full"
-
-    def _light(self) -> None:
-        """Light at standstill, by the rules that make M3 and $32=0 dangerous."""
-        laser = bool(self.settings.get(32))
-        on = self.modal.spindle == 3 or (self.modal.spindle == 4 and not laser)
-        on = on and self.state == "Idle" and not self.motion.moving
-        self.trace.rest(self.now, min(self.modal.s, self.settings.get(30, 1000.0)) if on else 0.0)
+    def light(self) -> None:
+        """Note the light at standstill."""
+        self.trace.rest(self.now, rest_level(self))
 
     # -- lines --------------------------------------------------------------------------------------------
 
@@ -244,27 +280,20 @@ class GrblMachine:
             if self.state == "Alarm" and line:
                 raise GrblError(9)
             yield from apply_line(self, line)
+            if self.state == "Alarm" and line:
+                return  # this line raised an alarm: it is never answered
         if fault is not None and fault.after(self):
             return
         self.say("ok")
         if self.reset_after_line:
             self.reset()
 
+    def power(self, s: float) -> float:
+        """S of the light for a power word: with the override, clipped at full scale without a word."""
+        return min(s * self.power_percent / 100.0, self.settings.get(30, 1000.0))
+
     # -- reports ------------------------------------------------------------------------------------------
 
     def status(self) -> str:
         """The answer to ``?``."""
-        position, speed = self.motion.state(self.now)
-        state = "Check" if self.check and self.state == "Idle" else self.state
-        if state == "Idle" and (self.motion.moving or (self.wait is not None and self.wake is not None)):
-            state = "Run"
-        elif state in ("Hold", "Door"):
-            state += ":1" if self.motion.moving else ":0"
-        fields = [state, "MPos:" + ",".join(f"{v:.3f}" for v in position)]
-        fields.append(f"FS:{speed * 60.0:.0f},{self.trace.s_now:.0f}")
-        if self.reports % 10 == 0:
-            fields.append("WCO:" + ",".join(f"{v:.3f}" for v in self.wco))
-        elif self.reports % 10 == 1:
-            fields.append("Ov:100,100,100")
-        self.reports += 1
-        return "<" + "|".join(fields) + ">"
+        return status_report(self)

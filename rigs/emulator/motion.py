@@ -31,6 +31,7 @@ class Segment:
         programmed: speed that the feed word asked for (0 for rapids).
         s: laser power word; ``mode`` 3, 4 or 5 is the laser modal state.
         rapid: True for G0.
+        trip: distance at which a limit switch closes, or None.
         v_in: speed at its start; ``v_top`` reached; ``v_out`` at its end.
     """
 
@@ -43,6 +44,7 @@ class Segment:
     s: float = 0.0
     mode: int = 5
     rapid: bool = False
+    trip: float | None = None
     junction: float = 0.0
     v_in: float = 0.0
     v_top: float = 0.0
@@ -88,8 +90,19 @@ class Segment:
         """What is left behind ``distance``, entered at ``speed``."""
         return Segment(
             self.point(distance), self.unit, self.length - distance, self.speed, self.accel, self.programmed,
-            self.s, self.mode, self.rapid, speed, speed, 0.0, 0.0,
+            self.s, self.mode, self.rapid, None if self.trip is None else self.trip - distance,
+            speed, speed, 0.0, 0.0,
         )  # fmt: skip
+
+    def reaches(self, distance: float) -> float | None:
+        """Seconds after its start at which the move has gone a distance, or None if it never does."""
+        if distance > self.length:
+            return None
+        low, high = 0.0, self.seconds
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if self.at(middle)[0] < distance else (low, middle)
+        return high
 
 
 @dataclass
@@ -137,6 +150,19 @@ class Motion:
     def next_event(self) -> float | None:
         """Time at which the current segment ends."""
         return self.since + self.queue[0].seconds if self.moving else None
+
+    def trips_at(self) -> float | None:
+        """Time at which the current segment closes a limit switch, or None."""
+        if not self.moving or self.queue[0].trip is None:
+            return None
+        after = self.queue[0].reaches(self.queue[0].trip)
+        return None if after is None else self.since + after
+
+    def split(self, now: float) -> None:
+        """Count what has been moved up to now as finished; the rest goes on at the same speed."""
+        if self.moving and now > self.since:
+            self._split(now)
+            self._plan()
 
     def advance(self, now: float) -> None:
         """Finish every segment that ends up to ``now``."""

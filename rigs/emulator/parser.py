@@ -99,7 +99,7 @@ def apply_line(machine: GrblMachine, line: str) -> Iterator[Wait]:
     if spindle != modal.spindle or (s != modal.s and standing and modal.spindle != 5):
         yield Wait(sync=True)
     _set_modes(modal, groups, feed, values, inverse)
-    machine._light()
+    machine.light()
     if other == 4.0:
         yield Wait(sync=True, seconds=values["P"])
     elif other in (10.0, 92.0, 92.1):
@@ -114,8 +114,8 @@ def apply_line(machine: GrblMachine, line: str) -> Iterator[Wait]:
             machine.modal = Modal(modal.axes, s=0.0)
             machine.say("[MSG:Pgm End]")
         else:
-            machine._hold("Hold")
-        machine._light()
+            machine.hold("Hold")
+        machine.light()
 
 
 def _sort_words(machine: GrblMachine, words: Words) -> tuple[dict[str, float], dict[str, float]]:
@@ -201,12 +201,19 @@ def _move(
     rapid = motion == 0.0
     asked = limit if rapid else (feed * length if machine.modal.inverse_time else feed) / 60.0
     speed = min(limit, asked)
-    s = min(machine.modal.s, machine.settings.get(30, 1000.0))
+    steps = max(abs(u) * speed * machine.settings[100 + i] for i, u in enumerate(unit))
+    if steps > 1.01 * machine.config.max_step_hz:
+        machine.alarm(171)
+        return
+    trip = _switch(machine, start, unit, length) if machine.settings.get(21) else None
     machine.motion.add(
-        Segment(start, unit, length, speed, accel, 0.0 if rapid else asked, s, machine.modal.spindle, rapid),
+        Segment(
+            start, unit, length, speed, accel, 0.0 if rapid else asked, machine.modal.s,
+            machine.modal.spindle, rapid, trip,
+        ),
         machine.now,
-    )
-    machine._light()
+    )  # fmt: skip
+    machine.light()
 
 
 def _axis_limit(machine: GrblMachine, unit: tuple[float, ...], base: int) -> float:
@@ -214,9 +221,33 @@ def _axis_limit(machine: GrblMachine, unit: tuple[float, ...], base: int) -> flo
 
 
 def _outside(machine: GrblMachine, goal: list[float]) -> bool:
-    for i, value in enumerate(goal):
+    return any(
+        not low - 1e-6 <= value <= high + 1e-6
+        for value, (low, high) in zip(goal, _travels(machine), strict=True)
+    )
+
+
+def _switch(
+    machine: GrblMachine, start: tuple[float, ...], unit: tuple[float, ...], length: float
+) -> float | None:
+    """Distance at which a move closes a limit switch at the end of an axis, or None."""
+    hits = []
+    for place, shift, step, (low, high) in zip(start, machine.shift, unit, _travels(machine), strict=True):
+        really = place + shift
+        if step > 0.0 and really + step * length > high + 1e-6:
+            hits.append((high - really) / step)
+        elif step < 0.0 and really + step * length < low - 1e-6:
+            hits.append((low - really) / step)
+    return max(min(hits), 0.0) if hits else None
+
+
+def _travels(machine: GrblMachine) -> list[tuple[float, float]]:
+    """Travel of every axis in machine coordinates; an axis without one has no ends."""
+    spans = []
+    for i in range(len(machine.config.axes)):
         travel = machine.settings.get(130 + i, 0.0)
-        low, high = (-travel, 0.0) if machine.config.g54[i] < 0.0 else (0.0, travel)
-        if travel > 0.0 and not low - 1e-6 <= value <= high + 1e-6:
-            return True
-    return False
+        if travel <= 0.0:
+            spans.append((-math.inf, math.inf))
+        else:
+            spans.append((-travel, 0.0) if machine.config.g54[i] < 0.0 else (0.0, travel))
+    return spans

@@ -83,8 +83,7 @@ def _accept(machine: GrblMachine, listener: socket.socket, client: socket.socket
     fresh.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     machine.out.clear()
     if machine.config.resets_on_open:
-        machine.motion.abort(machine.now)
-        machine.power_up()
+        machine.power_cycle()
     return fresh
 
 

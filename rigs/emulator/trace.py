@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import Any, TextIO
 
 from rigs.emulator.motion import Segment
@@ -33,19 +34,30 @@ class Trace:
         if self.file is not None:
             self.file.write(json.dumps(record, separators=(",", ":")) + "\n")
 
-    def move(self, start: float, end: float, segment: Segment, beam: str) -> None:
-        """Record a finished move."""
+    def move(
+        self, start: float, end: float, segment: Segment, beam: str, s: float, shift: Sequence[float]
+    ) -> None:
+        """Record a finished move.
+
+        Args:
+            start: time, s.
+            end: time, s.
+            segment: what the controller made.
+            beam: ``off``, ``scaled`` with speed or ``full``.
+            s: power word that counts, override and clipping included.
+            shift: where the axes really are, less where the controller has them.
+        """
         if beam != "off":
             self.beam_s += end - start
         if self.file is None:
             return
         self.write({
             "kind": "move", "t0": round(start, 6), "t1": round(end, 6),
-            "from": [round(v, 5) for v in segment.start],
-            "to": [round(v, 5) for v in segment.point(segment.length)],
+            "from": [round(v + d, 5) for v, d in zip(segment.start, shift, strict=True)],
+            "to": [round(v + d, 5) for v, d in zip(segment.point(segment.length), shift, strict=True)],
             "v": [round(segment.v_in, 5), round(segment.v_top, 5), round(segment.v_out, 5)],
             "feed": round(segment.programmed, 5), "rapid": segment.rapid,
-            "s": segment.s if beam != "off" else 0.0, "beam": beam,
+            "s": s if beam != "off" else 0.0, "beam": beam,
         })  # fmt: skip
 
     def rest(self, now: float, s: float) -> None:

@@ -2,69 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 
 import pytest
 
 from rigs.emulator.config import config_for
-from rigs.emulator.faults import read_faults
+from rigs.emulator.faults import read_faults, timed_faults
 from rigs.emulator.machine import GrblMachine
 from rigs.emulator.trace import Trace
 from rigs.errors import ProfileError
 from rigs.rig import load_rig
-
-
-class Tape:
-    """A trace file in memory."""
-
-    def __init__(self) -> None:
-        self.records: list[dict[str, object]] = []
-
-    def write(self, text: str) -> None:
-        self.records.append(json.loads(text))
-
-    def close(self) -> None:
-        """Nothing to close."""
-
-
-class Bench:
-    """A machine on the bench, unlocked, with its answers as text."""
-
-    def __init__(self, rig: str = "grbl-4axis", faults: tuple[str, ...] = (), **settings: float) -> None:
-        self.tape = Tape()
-        config = config_for(load_rig(rig)).with_settings({int(k[1:]): v for k, v in settings.items()})
-        self.machine = GrblMachine(config, Trace(self.tape), read_faults(list(faults)))  # type: ignore[arg-type]
-        self.machine.advance(0.0)
-        self.machine.state = "Idle"
-        self.machine.out.clear()
-
-    def say(self, data: bytes | str, seconds: float = 0.0) -> list[str]:
-        self.machine.receive(data if isinstance(data, bytes) else data.encode("ascii"))
-        return self.later(seconds)
-
-    def later(self, seconds: float) -> list[str]:
-        self.machine.advance(self.machine.now + seconds)
-        text = self.machine.out.decode("ascii")
-        self.machine.out.clear()
-        return text.split("\r\n")[:-1]
-
-    def status(self) -> str:
-        return self.say(b"?")[-1]
-
-    def light(self) -> float:
-        """Power word of the light at this instant, moves included."""
-        machine = self.machine
-        if machine.motion.moving:
-            segment = machine.motion.queue[0]
-            share = machine.beam_share(segment)
-            speed = machine.motion.state(machine.now)[1]
-            if share == "scaled":
-                return segment.s * speed / segment.programmed
-            return segment.s if share == "full" else 0.0
-        return machine.trace.s_now
-
+from tests.rigs.emulator_bench import Bench
 
 BEAM = "M{} S500\nG1 X-390 Y-299 F600\n"
 
@@ -297,6 +246,13 @@ def test_trace_tells_what_was_lit(bench: Bench) -> None:
 
 def test_fault_script_is_read_strictly() -> None:
     assert read_faults(["error:9@12"])[12].code == 9
-    for bad in ("error", "melt@3", "error:x@3", "drop@"):
-        with pytest.raises(ProfileError, match="expected KIND"):
+    assert read_faults(["slip:A-5.5@7"])[7].axis == "A"
+    script = ["door@2.5s", "error:9@12", "power@1s"]
+    assert [(f.kind, f.at_s) for f in timed_faults(script)] == [("power", 1.0), ("door", 2.5)]
+    assert set(read_faults(script)) == {12}
+    for bad in (
+        "error", "melt@3", "error:x@3", "drop@", "drop@0", "error:9@2s", "slip:5@3", "slip@3", "error:9.5@3",
+        "alarm:X1@3", "door@2.5",
+    ):  # fmt: skip
+        with pytest.raises(ProfileError, match=r"fault '.*expected|needs the line"):
             read_faults([bad])
