@@ -8,6 +8,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from types import FrameType
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
@@ -16,8 +17,11 @@ from studio import (
     commands_bench,
     commands_bend,
     commands_certify,
+    commands_compare,
+    commands_config,
     commands_explain,
     commands_export,
+    commands_guide,
     commands_lists,
     commands_make,
     commands_net,
@@ -28,6 +32,7 @@ from studio import (
     commands_stages,
     commands_trace,
 )
+from studio.config_file import apply_config
 from studio.exit_codes import BAD_INPUT, exit_code_of
 from studio.messages import error_text
 from studio.options import PROVE_S
@@ -66,13 +71,16 @@ for _command in (
     commands_make.make, commands_lists.check, commands_net.net, commands_stages.plan,
     commands_certify.certify, commands_stages.validate, commands_stages.job, commands_stages.replay,
     commands_resume.resume, commands_shadow.shadow, commands_trace.trace,
-    commands_stages.report, commands_export.export, commands_explain.explain, commands_scatter.scatter,
+    commands_stages.report, commands_export.export, commands_guide.guide, commands_compare.compare,
+    commands_explain.explain, commands_scatter.scatter,
     commands_bend.bend, commands_rigs.rigs, commands_lists.materials, commands_make.demo,
-    commands_bench.bench,
+    commands_bench.bench, commands_config.config, commands_config.completion,
 ):  # fmt: skip
     _help, _epilogue = _help_texts(_command)
     app.command(_command, help=_help, help_epilogue=_epilogue, sort_key=len(list(app)))
 
+
+app.config = (partial(apply_config, app),)  # blossom.toml beside the mesh
 
 _PROVE = "--prove"
 

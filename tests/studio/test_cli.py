@@ -10,6 +10,7 @@ import sys
 import typing
 
 import pytest
+from rich.console import Console
 
 from planner.fold_problem import RULES
 from studio import commands_make, pipeline
@@ -31,6 +32,8 @@ COMMANDS = (
     "trace",
     "report",
     "export",
+    "guide",
+    "compare",
     "explain",
     "scatter",
     "bend",
@@ -38,6 +41,8 @@ COMMANDS = (
     "materials",
     "demo",
     "bench",
+    "config",
+    "completion",
 )
 BLOSSOM = [sys.executable, "-m", "studio.cli"]
 
@@ -48,7 +53,9 @@ def plain_terminal(monkeypatch, tmp_path):
     monkeypatch.setenv("NO_COLOR", "1")
     monkeypatch.setenv("TERM", "dumb")
     monkeypatch.chdir(tmp_path)
+    app.console = Console()  # each command keeps the first one it meets, with the width of that time
     yield
+    app.console = None
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
