@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
 from rigs.errors import JobError, MachineError
+from rigs.gauge_words import read_angle
 
 __all__ = ["Measure", "SerialGauge", "TypedGauge"]
 
+_READINGS, _RESTLESS_DEG, _LONGEST = 5, 2.0, 256
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
 
@@ -55,60 +57,92 @@ class TypedGauge:
 
 
 class SerialGauge:
-    """A gauge on a serial port: ``M<crease>`` asks, a line with one or two numbers answers: degrees, sigma.
+    """A gauge on a serial port, such as a digital protractor with a cable.
 
-    An answer may have words around the numbers (``ANGLE 44.8 0.2``). A gauge that measures without sign
-    gets that of
-    the fold.
+    One that is asked gets ``M<crease>`` and answers with a line; one that streams prints lines by itself, of
+    which the next few whole ones are taken. What a line may look like: ``rigs.gauge_words``. A gauge that
+    measures without sign gets that of the fold.
 
     Args:
         url: port, such as ``/dev/ttyUSB1`` or ``socket://127.0.0.1:5000``.
         baud: of a serial port.
         timeout_s: longest time for an answer.
-        sigma_deg: where the gauge does not say.
+        sigma_deg: where the gauge does not say, and the least where it streams.
+        streams: the gauge prints by itself.
 
     Raises:
         MachineError: if the port does not open.
     """
 
     def __init__(
-        self, url: str, *, baud: int = 115200, timeout_s: float = 5.0, sigma_deg: float = 0.3
+        self,
+        url: str,
+        *,
+        baud: int = 115200,
+        timeout_s: float = 5.0,
+        sigma_deg: float = 0.3,
+        streams: bool = False,
     ) -> None:
         import serial
 
-        self.url, self.timeout_s, self.sigma_deg = url, timeout_s, sigma_deg
+        self.url, self.timeout_s, self.sigma_deg, self.streams = url, timeout_s, sigma_deg, streams
         try:
             self._port = serial.serial_for_url(url, baudrate=baud, timeout=0.2, write_timeout=2.0)
         except (OSError, ValueError) as error:
             raise MachineError(f"{url}: cannot open the gauge: {error}") from error
 
     def __call__(self, crease: int, expected_deg: float) -> tuple[float, float]:
-        """Ask the gauge.
+        """Read the gauge.
 
         Raises:
             MachineError: if the port vanished.
-            JobError: if it answers nothing that is an angle in time.
+            JobError: if it says nothing that is an angle in time, or its readings do not rest.
         """
+        wanted = _READINGS if self.streams else 1
+        readings: list[tuple[float, float]] = []
+        last = b""
+        for line in self._lines(crease):
+            last = line or last
+            reading = read_angle(line)
+            if reading is not None:
+                readings.append((reading[0], reading[1] or self.sigma_deg))
+            if len(readings) == wanted or (line.strip() and not self.streams):
+                break
+        if len(readings) < wanted:
+            said = f"said {last[:40].decode('ascii', 'replace')!a}" if last else "said nothing"
+            raise JobError(f"{self.url}: the gauge {said} for crease {crease}: expected degrees")
+        angles = sorted(a for a, _ in readings)
+        angle, spread = angles[len(angles) // 2], angles[-1] - angles[0]
+        sigma = max(max(s for _, s in readings), 0.5 * spread)
+        if spread > _RESTLESS_DEG:
+            raise JobError(
+                f"{self.url}: the gauge says {angles[0]:.1f}° to {angles[-1]:.1f}° for crease {crease}: "
+                "wait until it rests"
+            )
+        return angle if angle < 0.0 else math.copysign(angle, expected_deg), sigma
+
+    def _lines(self, crease: int) -> Iterator[bytes]:
+        """Whole lines until the time is over; of a stream the first one may be cut and does not count."""
         deadline = time.monotonic() + self.timeout_s
-        seen = b""
+        buffer = b""
+        cut = self.streams
         try:
             self._port.reset_input_buffer()
-            self._port.write(f"M{crease}\n".encode())
-            while time.monotonic() < deadline and len(seen) < 4096:
-                seen += self._port.read(64)
-                if b"\n" in seen:
+            if not self.streams:
+                self._port.write(f"M{crease}\n".encode())
+            while time.monotonic() < deadline:
+                buffer += self._port.read(max(1, min(int(self._port.in_waiting), 256)))
+                while b"\n" in buffer or b"\r" in buffer:
+                    line, _, buffer = buffer.replace(b"\r", b"\n").partition(b"\n")
+                    if not cut and line.strip():
+                        yield line
+                    cut = False
+                if len(buffer) > _LONGEST:
                     break
         except (OSError, ValueError) as error:
             raise MachineError(f"{self.url}: the gauge vanished: {error}") from error
-        line = seen.partition(b"\n")[0].decode("ascii", "replace")
-        numbers = [float(n) for n in _NUMBER.findall(line)]
-        if not numbers or abs(numbers[0]) > 180.0:
-            raise JobError(
-                f"{self.url}: the gauge answered {line[:40]!a} for crease {crease}: expected degrees"
-            )
-        sigma = numbers[1] if len(numbers) > 1 and numbers[1] > 0.0 else self.sigma_deg
-        angle = numbers[0] if numbers[0] < 0.0 else math.copysign(numbers[0], expected_deg)
-        return angle, sigma
+        if buffer.strip() and not self.streams:
+            yield buffer[:_LONGEST]
 
     def close(self) -> None:
         """Close the port."""
