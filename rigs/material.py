@@ -13,12 +13,12 @@ from typing import Any, Literal
 import msgspec
 
 from rigs.errors import ProfileError, UnknownNameError
-from rigs.profile_text import parse_profile, profile_names, profile_text
+from rigs.profile_text import all_mistakes, parse_profile, profile_names, profile_text
 from rigs.rig import Grade, Profile
 
 __all__ = [
     "Absorptivity", "Calibration", "Constants", "Forming", "Material", "MaterialName", "Table", "Temper",
-    "load_material", "material_names", "parse_material",
+    "load_material", "material_mistakes", "material_names", "parse_material",
 ]  # fmt: skip
 
 TABLE_COLUMNS = (
@@ -136,10 +136,14 @@ class Calibration(Profile, frozen=True, kw_only=True):
     Attributes:
         status: ``none`` until a table was fitted.
         source: what was fitted, when, on which machine.
+        thickness_mm: of the sheets that were burnt; empty if not known.
+        wavelength_nm: of the laser that burnt them; 0 if not known.
     """
 
     status: Literal["none", "fitted"] = "none"
     source: str = ""
+    thickness_mm: tuple[float, ...] = ()
+    wavelength_nm: float = 0.0
 
 
 class Material(Profile, frozen=True, kw_only=True):
@@ -279,6 +283,17 @@ def parse_material(text: str, source: str = "material profile") -> Material:
     return parse_profile(text, Material, _mistakes, source)
 
 
+def material_mistakes(name_or_path: str | Path) -> tuple[str, ...]:
+    """Every mistake of a profile in words; empty if it can be used.
+
+    Raises:
+        UnknownNameError: no shipped material has the name.
+        ProfileError: the file cannot be read.
+    """
+    text, source = profile_text("material", FOLDER, name_or_path)
+    return all_mistakes(text, Material, _mistakes, source)
+
+
 def _mistakes(material: Material) -> Iterator[str]:
     """Every mistake that needs more than the type of a value, as ``$.place: what, and what to do``."""
     constants = material.constants
@@ -314,6 +329,11 @@ def _mistakes(material: Material) -> Iterator[str]:
             yield f"$.forming.{name}: must not be negative, got {getattr(forming, name)}"
     if not 0.0 <= forming.neutral_share <= 1.0:
         yield f"$.forming.neutral_share: expected a share from 0 to 1, got {forming.neutral_share}"
+    calibration = material.calibration
+    if any(not h > 0.0 for h in calibration.thickness_mm):
+        yield f"$.calibration.thickness_mm: every value must be more than 0, got {calibration.thickness_mm}"
+    if calibration.wavelength_nm < 0.0:
+        yield f"$.calibration.wavelength_nm: must not be negative, got {calibration.wavelength_nm}"
     for name in NAMED_GRADES:
         if name not in material.grades:
             yield f"$.grades.{name}: say grade and source of these values"

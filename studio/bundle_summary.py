@@ -81,6 +81,7 @@ def bundle_summary(ws: Workspace, replay: str = "") -> Summary:
     validation = validation_values(ws)
     if validation is not None:
         known["verdict"] = str(validation["verdict"])
+        known["process"] = str(validation.get("process", ""))
         if known["verdict"] != "pass":
             known["reason"] = _reason(validation)
     return Summary(**known)

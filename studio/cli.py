@@ -16,6 +16,7 @@ from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 from studio import (
     commands_bench,
     commands_bend,
+    commands_calibrate,
     commands_certify,
     commands_compare,
     commands_config,
@@ -24,6 +25,7 @@ from studio import (
     commands_guide,
     commands_lists,
     commands_make,
+    commands_materials,
     commands_net,
     commands_resume,
     commands_rigs,
@@ -72,9 +74,9 @@ for _command in (
     commands_certify.certify, commands_stages.validate, commands_stages.job, commands_stages.replay,
     commands_resume.resume, commands_shadow.shadow, commands_trace.trace,
     commands_stages.report, commands_export.export, commands_guide.guide, commands_compare.compare,
-    commands_explain.explain, commands_scatter.scatter,
-    commands_bend.bend, commands_rigs.rigs, commands_lists.materials, commands_make.demo,
-    commands_bench.bench, commands_config.config, commands_config.completion,
+    commands_explain.explain, commands_scatter.scatter, commands_bend.bend, commands_calibrate.calibrate,
+    commands_rigs.rigs, commands_materials.materials, commands_make.demo, commands_bench.bench,
+    commands_config.config, commands_config.completion,
 ):  # fmt: skip
     _help, _epilogue = _help_texts(_command)
     app.command(_command, help=_help, help_epilogue=_epilogue, sort_key=len(list(app)))

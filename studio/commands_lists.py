@@ -1,4 +1,4 @@
-"""Commands that only tell something: check, materials."""
+"""``blossom check``, and what commands that only tell something share."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from studio.flags import Json, MachineFlags, Mesh, MeshFlags
 from studio.progress import Progress
 
-__all__ = ["check", "list_of", "materials", "say"]
+__all__ = ["check", "list_of", "say"]
 
 
 def say(text: str) -> None:
@@ -52,34 +52,6 @@ def check(
     for notice in goal.notices:
         say(f"note: {notice}")
     return 0
-
-
-def materials(*, json: Json = False) -> int:
-    """List the sheet metals that come with the product.
-
-    Examples:
-        blossom materials
-    """
-    from rigs.material import load_material, material_names
-
-    rows = []
-    for name in material_names():
-        material = load_material(name)
-        rows.append(
-            {
-                "name": name,
-                "temper": material.temper_name,
-                "stiffness": f"{material.young_pa / 1e9:.0f} GPa",
-                "yield": f"{material.yield_pa / 1e6:.0f} MPa",
-                "density": f"{material.density_kg_m3:.0f} kg/m³",
-            }
-        )
-    return list_of(
-        "materials",
-        rows,
-        json,
-        "every figure carries a grade in its profile: A measured, B literature, C guess",
-    )
 
 
 def list_of(kind: str, rows: list[dict[str, Any]], as_json: bool, foot: str) -> int:

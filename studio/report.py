@@ -104,7 +104,7 @@ def _asset(name: str) -> str:
 
 
 def _verdict_words(summary: Summary) -> str:
-    words = {"pass": "✓ validated: pass", "not validated": "not validated yet"}
+    words = {"pass": f"✓ validated: {summary.verdict_words()}", "not validated": "not validated yet"}
     return words.get(summary.verdict, f"✗ verdict: {summary.verdict}")
 
 

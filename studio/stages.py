@@ -127,7 +127,7 @@ def validate_stage(ws: Workspace) -> str:
         ws.record("validate", "model.xml")
         validation = validate(ws.plan, ws.process, ws.rig, ws.material, model=model)
         hashes = ws.hashes("goal", "net", "plan", "model") | {"job": ws.job.sha256}
-        write_validation(validation, ws.path("validation.json"), hashes)
+        write_validation(validation, ws.path("validation.json"), hashes, ws.manifest.versions)
     ws.manifest.parameters["validate"] = {}
     ws.record("validate", "validation.json")
     return str(validation.verdict)

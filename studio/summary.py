@@ -46,6 +46,7 @@ class Summary:
         heat: start temperatures in °C and waits in s; ``naive_wait_s``: until every crease is cold again.
         contact: what is proven of the turns, in words; empty if no proof was asked for.
         verdict: of the validation, or ``not validated``.
+        process: ``calibrated`` or ``uncalibrated``, from the certificate; empty before there is one.
         reason: why the verdict is no, in words.
         rig: name of the machine.
         material: name of the material.
@@ -83,6 +84,7 @@ class Summary:
     heat: dict[str, float] = field(default_factory=dict)
     contact: str = ""
     verdict: str = "not validated"
+    process: str = ""
     reason: str = ""
     rig: str = ""
     material: str = ""
@@ -155,6 +157,12 @@ class Summary:
             f"or colder; cold again each time: {duration_text(heat['naive_wait_s'])}"
         )
 
+    def verdict_words(self) -> str:
+        """The verdict, and what a pass says of the process."""
+        if self.verdict != "pass" or not self.process:
+            return self.verdict
+        return f"{self.verdict}: geometry passes, process {self.process}"
+
     def with_notice(self, notice: str) -> Summary:
         """A copy with one more notice."""
         return replace(self, notices=(*self.notices, notice))
@@ -206,7 +214,7 @@ class Summary:
         if self.replay:
             rows.append(("replay", self.replay))
         if self.planned:
-            rows.append(("verdict", self.verdict))
+            rows.append(("verdict", self.verdict_words()))
         if self.reason:
             rows.append(("because", self.reason))
         if self.bundle:

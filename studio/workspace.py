@@ -78,6 +78,7 @@ class Workspace:
         """
         from rigs.limits import machine_limits
         from rigs.material import load_material, material_names
+        from rigs.profile_writer import profile_toml
         from rigs.rig import load_rig, rig_names
 
         rig, material = load_rig(options.rig), load_material(options.material)
@@ -88,6 +89,8 @@ class Workspace:
         ):
             if choice in names:
                 data = (resources.files("rigs") / folder / f"{choice}.toml").read_bytes()
+            elif choice.partition("/")[0] in names and not choice.endswith(".toml"):
+                data = profile_toml(material, f"{choice}, written out for this temper").encode()
             else:
                 data = Path(choice).read_bytes()
             self.path(name).write_bytes(data)

@@ -17,7 +17,7 @@ COLUMNS = ("id", "power_w", "speed_mm_s", "spot_mm", "thickness_mm", "passes", "
 NEEDED = ("power_w", "speed_mm_s", "spot_mm", "passes", "angle_deg")
 _LIMITS = {
     "power_w": (0.0, 1e5), "speed_mm_s": (0.0, 1e5), "spot_mm": (0.0, 100.0), "thickness_mm": (0.0, 20.0),
-    "passes": (0.0, 1e4), "start_c": (-100.0, 1000.0), "angle_deg": (0.0, 180.0),
+    "passes": (0.0, 1e4), "start_c": (-50.0, 500.0), "angle_deg": (0.0, 180.0),
 }  # fmt: skip
 _MOST_ROWS = 100_000
 
@@ -67,11 +67,15 @@ class CalibrationTable:
     notes: tuple[str, ...]
 
 
-def read_table(path: Path) -> CalibrationTable:
+def read_table(path: Path, spot_mm: float | None = None) -> CalibrationTable:
     """Read a table; rows whose angle was not filled in are left out and told.
 
     Commas, semicolons and tabs separate columns; a decimal comma is understood where commas do not separate
     them.
+
+    Args:
+        path: the file.
+        spot_mm: 1/e² diameter of the beam where the table does not say.
 
     Raises:
         CalibrationError: naming file, line and column of the first mistake.
@@ -98,20 +102,38 @@ def read_table(path: Path) -> CalibrationTable:
         raise CalibrationError(f"{path}: not a CSV table: {error}") from error
     if len(rows) > _MOST_ROWS:
         raise CalibrationError(f"{path}: {len(rows)} lines are more than any table of burnt creases")
-    return _parse(path.name, str(path), rows, separator)
+    return _parse(path.name, str(path), rows, separator, spot_mm)
 
 
-def _parse(name: str, path: str, rows: Sequence[Sequence[str]], separator: str) -> CalibrationTable:
+def _parse(
+    name: str, path: str, rows: Sequence[Sequence[str]], separator: str, spot_mm: float | None
+) -> CalibrationTable:
     head: dict[str, int] | None = None
+    width = 0
     burnt: list[BurntCrease] = []
     empty: list[int] = []
+    lines: dict[str, int] = {}
     for number, row in enumerate(rows, 1):
         if not any(cell.strip() for cell in row) or row[0].lstrip().startswith("#"):
             continue
         if head is None:
-            head = _head(path, number, row)
+            head, width = _head(path, number, row, spot_mm), len(row)
             continue
+        if any(cell.strip() for cell in row[width:]):
+            raise CalibrationError(
+                f"{path}, line {number}: {len(row)} cells under a heading of {width} columns"
+                + (": were numbers written with a decimal comma? Then separate columns by semicolons"
+                   if separator == "," else "")
+            )  # fmt: skip
         cells = {column: row[place].strip() if place < len(row) else "" for column, place in head.items()}
+        if spot_mm is not None and not cells.get("spot_mm"):
+            cells["spot_mm"] = f"{spot_mm:.9g}"
+        if mark := cells.get("id", ""):
+            if mark in lines:
+                raise CalibrationError(
+                    f"{path}, line {number}: id {mark[:30]} was on line {lines[mark]} already"
+                )
+            lines[mark] = number
         if not cells["angle_deg"]:
             empty.append(number)
             continue
@@ -127,17 +149,20 @@ def _parse(name: str, path: str, rows: Sequence[Sequence[str]], separator: str) 
     repeats = len(burnt) - len({(*b.setting, b.passes, b.start_c) for b in burnt})
     if repeats:
         notes.append(f"{repeats} rows repeat a setting and count as repeats")
+    copies = len(burnt) - len({(*b.setting, b.passes, b.start_c, b.angle_deg) for b in burnt})
+    if copies:
+        notes.append(f"{copies} of them have the same angle too: if they were copied, leave them out")
     return CalibrationTable(name, tuple(burnt), tuple(notes))
 
 
-def _head(path: str, number: int, row: Sequence[str]) -> dict[str, int]:
+def _head(path: str, number: int, row: Sequence[str], spot_mm: float | None) -> dict[str, int]:
     names = [cell.strip().lower() for cell in row]
-    missing = [column for column in NEEDED if column not in names]
+    missing = [c for c in NEEDED if c not in names and not (c == "spot_mm" and spot_mm is not None)]
     if missing:
+        cure = " (or give --spot)" if missing[0] == "spot_mm" else ""
         raise CalibrationError(
-            f"{path}, line {number}: column {missing[0]} is missing; the heading must name "
-            f"{', '.join(NEEDED)} "
-            f"(found {', '.join(n or '(empty)' for n in names[:12])})"
+            f"{path}, line {number}: column {missing[0]} is missing{cure}; the heading must name "
+            f"{', '.join(NEEDED)} (found {', '.join(n[:20] or '(empty)' for n in names[:12])})"
         )
     twice = [column for column in COLUMNS if names.count(column) > 1]
     if twice:

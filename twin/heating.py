@@ -115,6 +115,7 @@ def fold_passes(
     along_mm: float | None = None,
     absorptivity: float,
     start_c: float = 20.0,
+    smooth: bool = False,
 ) -> PassTable:
     """First-pass angles of many settings at once.
 
@@ -127,6 +128,8 @@ def fold_passes(
         along_mm: the same along the crease; ``across_mm`` when None.
         absorptivity: absorbed share of the light, above 0 up to 1.
         start_c: temperature of the metal before the pass.
+        smooth: leave the angle as it is where the sheet would be cut or not yield, in place of 0: for fits,
+            which would be lost there.
 
     Raises:
         SettingError: if a value is not finite or out of range.
@@ -176,7 +179,8 @@ def fold_passes(
         [5, 4, 6, 3 if 2.0 * wy <= h else 2, 1],
         0,
     )
-    angle = np.where(cuts | (power < threshold), 0.0, angle)
+    if not smooth:
+        angle = np.where(cuts | (power < threshold), 0.0, angle)
     return PassTable(power, speed, angle, threshold, fourier, top, bottom, half, regime.astype(np.int64))
 
 

@@ -17,6 +17,7 @@ from rigs.material import Material
 from rigs.motion_time import line_seconds
 from rigs.process import CutProcess, FoldProcess, Process
 from rigs.rig import Rig
+from twin.calibration_scope import calibration_holds
 from twin.cooling import pass_times
 from twin.errors import HeatingError
 from twin.heating import MODEL_NAME
@@ -114,14 +115,18 @@ def plan_process(
             clock.idle(seconds)
     flags = dict.fromkeys(flag for fold in folds for flag in fold.flags)
     flags |= dict.fromkeys(flag for cut in cuts for flag in cut.flags)
-    if material.calibration.status == "none":
-        flags[f"material {material.name} is not calibrated: angles may be 30 % off, burn a test strip"] = None
+    calibration, doubt = calibration_holds(
+        material, thickness_mm=plan.limits.thickness, wavelength_nm=rig.laser.wavelength_nm,
+        absorptivity=share, heating=heating,
+    )  # fmt: skip
+    if doubt:
+        flags[doubt] = None
     return Process(
         folds=tuple(folds),
         cuts=tuple(cuts),
         model=MODEL_NAME if heating == "fast" else SECTION_NAME,
-        calibration=material.calibration.status,
-        grade=material.grades["forming"].grade,
+        calibration=calibration,
+        grade=material.grades["forming"].grade if calibration == "fitted" else "C",
         material=f"{material.name} {material.temper_name}",
         absorptivity=share,
         thickness_mm=plan.limits.thickness,

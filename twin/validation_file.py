@@ -23,18 +23,22 @@ FORMAT, VERSION = "metal-blossom/validation", 1
 _RENAMED = {"largest_sag_rad": "largest_sag"}
 
 
-def validation_bytes(validation: Validation, hashes: Mapping[str, str]) -> bytes:
-    """The file's content; the same certificate and hashes give the same bytes.
+def validation_bytes(
+    validation: Validation, hashes: Mapping[str, str], versions: Mapping[str, str] | None = None
+) -> bytes:
+    """The file's content; the same certificate, hashes and versions give the same bytes.
 
     Args:
         validation: the certificate.
         hashes: what it was made from, such as ``{"plan": "…"}``; written as ``plan_sha256`` and so on.
+        versions: of the packages that the verdict depends on.
 
     Raises:
         ValidationFileError: if a figure is not finite.
     """
     data: dict[str, Any] = {"format": FORMAT, "version": VERSION}
     data |= {f"{name}_sha256": digest for name, digest in sorted(hashes.items())}
+    data["versions"] = dict(sorted((versions or {}).items()))
     for item in fields(validation):
         data.setdefault(_RENAMED.get(item.name, item.name), getattr(validation, item.name))
     data["events"] = [_event(e) for e in validation.events]
@@ -59,15 +63,24 @@ def validation_bytes(validation: Validation, hashes: Mapping[str, str]) -> bytes
 
 
 def write_validation(
-    validation: Validation, path: str | os.PathLike[str], hashes: Mapping[str, str] | None = None
+    validation: Validation,
+    path: str | os.PathLike[str],
+    hashes: Mapping[str, str] | None = None,
+    versions: Mapping[str, str] | None = None,
 ) -> None:
     """Write the certificate, whole or not at all.
+
+    Args:
+        validation: the certificate.
+        path: the file.
+        hashes: what it was made from.
+        versions: of the packages that the verdict depends on.
 
     Raises:
         ValidationFileError: if a figure is not finite.
         OSError: if the file cannot be written.
     """
-    write_atomic(path, validation_bytes(validation, hashes or {}))
+    write_atomic(path, validation_bytes(validation, hashes or {}, versions))
 
 
 def read_validation(path: str | os.PathLike[str]) -> Validation:

@@ -37,6 +37,7 @@ COMMANDS = (
     "explain",
     "scatter",
     "bend",
+    "calibrate",
     "rigs",
     "materials",
     "demo",

@@ -56,6 +56,9 @@ def test_hashes_bind_the_files_to_each_other(made):
         assert document["material_sha256"] == manifest.material["sha256"]
     assert manifest.sha256_of("plan.json") in (made / "part" / "job.json").read_text()
     assert certificate["verdict"] == "pass"
+    assert certificate["versions"] == manifest.versions and certificate["versions"]["numpy"]
+    assert certificate["process"] == "uncalibrated" and certificate["heating"]["calibration"] == "none"
+    assert certificate["heating"]["grade"] == "C" and certificate["heating"]["flags"]
 
 
 def test_same_input_and_seed_same_bytes_and_stages_equal_make(made, tmp_path, monkeypatch, capsys):

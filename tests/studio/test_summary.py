@@ -31,6 +31,21 @@ def test_what_is_not_known_is_left_out(snapshot):
     assert stream.getvalue() == snapshot
 
 
+@pytest.mark.parametrize(
+    ("verdict", "process", "words"),
+    [
+        ("pass", "", "pass"),
+        ("pass", "uncalibrated", "pass: geometry passes, process uncalibrated"),
+        ("pass", "calibrated", "pass: geometry passes, process calibrated"),
+        ("contact", "uncalibrated", "contact"),
+    ],
+)
+def test_a_pass_says_what_is_known_of_the_process(verdict, process, words):
+    summary = small_summary(verdict=verdict, process=process)
+    assert dict(summary.rows())["verdict"] == summary.verdict_words() == words
+    assert summary.to_values()["verdict"] == verdict and summary.to_values()["process"] == process
+
+
 def test_many_blocked_creases_are_cut_short():
     stream = io.StringIO()
     blocked = small_summary().blocked * 20
