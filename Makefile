@@ -21,7 +21,7 @@ ifeq ($(shell uname -s),Linux)
 export MUJOCO_GL ?= egl
 endif
 
-.PHONY: help demo test lint types tests slow format goals wheel clean
+.PHONY: help demo test lint types tests slow format goals docs wheel clean
 
 help:
 	@sed -n 's/^#  *\(make .*\)/\1/p' $(firstword $(MAKEFILE_LIST))
@@ -51,6 +51,10 @@ format: $(VENV)/installed-test
 
 goals: $(VENV)/installed
 	$(VENV)/bin/python -m models.goals.make_goals
+
+# The pages as a site in build/site; a warning is an error.
+docs: $(VENV)/installed-test
+	$(VENV)/bin/mkdocs build --quiet
 
 wheel: $(VENV)/installed-test
 	$(VENV)/bin/python -m build
