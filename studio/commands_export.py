@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json as json_text
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +11,7 @@ from cyclopts import Parameter
 from studio.commands_lists import say
 from studio.errors import UsageError
 from studio.exit_codes import DONE
-from studio.flags import Bundle, Quiet, not_negative, positive
+from studio.flags import Bundle, Json, Quiet, not_negative, positive
 
 __all__ = ["export"]
 
@@ -38,6 +39,7 @@ def export(
     height: Annotated[
         int, Parameter(metavar="PIXELS", validator=positive, help="Of pictures and films.")
     ] = 720,
+    json: Json = False,
     quiet: Quiet = False,
 ) -> int:
     """Write files for other tools: the folds as FOLD frames, the shape as a mesh, pictures, a film.
@@ -58,10 +60,16 @@ def export(
         raise UsageError("name the files to write, such as folding.fold reached.stl film.mp4")
     if max(width, height) > 8192:
         raise UsageError("pictures of at most 8192 pixels a side")
-    progress = Progress(quiet=quiet)
+    progress = Progress(quiet=quiet or json)
     ws = Workspace(bundle, open_manifest(bundle), progress)
+    written = []
     for file in files:
         with progress.stage("export", f"writing {file.name}"):
             words = export_file(ws, file, step=step, width=width, height=height)
-        say(f"{file}: {words}")
+        written.append({"file": str(file), "bytes": file.stat().st_size, "holds": words})
+        if not json:
+            say(f"{file}: {words}")
+    if json:
+        document = {"format": "metal-blossom/export", "version": 1, "files": written}
+        say(json_text.dumps(document, ensure_ascii=False))
     return DONE

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json as json_text
 from pathlib import Path
 from typing import Annotated
 
@@ -9,7 +10,7 @@ from cyclopts import Parameter
 
 from studio.commands_lists import say
 from studio.exit_codes import DONE
-from studio.flags import Bundle, Quiet
+from studio.flags import Bundle, Json, Quiet
 
 __all__ = ["guide"]
 
@@ -26,6 +27,7 @@ def guide(
             help="A file ending in .html or .pdf [guide.html beside the bundle's folder].",
         ),
     ] = None,
+    json: Json = False,
     quiet: Quiet = False,
 ) -> int:
     """Write a guide to print: what is needed, how to set up, what to check, what happens, when it stops.
@@ -42,5 +44,15 @@ def guide(
     from studio.progress import Progress
 
     file = output or bundle.parent / f"{bundle.resolve().name}-guide.html"
-    say(write_guide(bundle, file, Progress(quiet=quiet)))
+    words = write_guide(bundle, file, Progress(quiet=quiet or json))
+    if json:
+        document = {
+            "format": "metal-blossom/guide",
+            "version": 1,
+            "file": str(file),
+            "bytes": file.stat().st_size,
+        }
+        say(json_text.dumps(document, ensure_ascii=False))
+    else:
+        say(words)
     return DONE

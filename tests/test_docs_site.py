@@ -81,7 +81,8 @@ def test_examples_and_api_stand_in_their_pages(site):
         words = ast.get_docstring(ast.parse(file.read_text("utf-8"))).split(":")[0]
         assert words in page
     for package, name in (("planner", "make_net"), ("rigs", "make_job"), ("twin", "validate")):
-        assert f'id="{package}.' in (page := (site / "api" / f"{package}.html").read_text("utf-8"))
+        page = (site / "api" / f"{package}.html").read_text("utf-8")
+        assert f'id="{package}.' in page
         assert f">{name}<" in page
 
 

@@ -71,7 +71,9 @@ def test_the_guide_is_one_page_that_needs_nothing(folder, capsys):
     for words in ("blossom resume", "--dry-run", "--frame", "--arm", "Emergency stop"):
         assert words in page
     first = (folder / "whole-guide.html").read_bytes()
-    assert main(["guide", str(folder / "whole"), "-q", "-o", str(folder / "again.html")]) == 0
+    capsys.readouterr()
+    assert main(["guide", str(folder / "whole"), "--json", "-o", str(folder / "again.html")]) == 0
+    assert json.loads(capsys.readouterr().out)["bytes"] == len(first)
     assert (folder / "again.html").read_bytes() == first
 
 
