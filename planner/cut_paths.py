@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.corner_tabs import is_corner_tab, neck_of
 from planner.fold_plan import Point, Polyline, Sheet, Tab
 from planner.net import Net
 from planner.net_region import LEAST_KERF_MM, boundary_edges, grown, net_union
@@ -41,16 +42,38 @@ def contour_lines(net: Net, kerf_mm: float) -> Geometry:
     return shapely.MultiLineString([*around, *narrow])
 
 
-def split_at_tabs(lines: Geometry, tabs: Iterable[Tab], kerf_mm: float) -> tuple[Geometry, Geometry]:
-    """(lines to cut now, lines across the tabs for the release)."""
+def split_at_tabs(
+    net: Net, lines: Geometry, tabs: Iterable[Tab], kerf_mm: float
+) -> tuple[Geometry, Geometry]:
+    """(lines to cut now, lines across the tabs for the release).
+
+    Beside a neck at a corner of the base panel the cuts run where ``corner_tabs`` says.
+
+    Raises:
+        ValueError: if such a neck does not lie free between petals.
+    """
     import shapely
 
-    strips = [tab_strip(tab, kerf_mm, 1.2 * kerf_mm + 0.01, 0.5 * kerf_mm) for tab in tabs]
-    if not strips:
-        return lines, shapely.MultiLineString()
-    zone = shapely.union_all(strips)
+    strips, necks = [], []
+    for tab in tabs:
+        if not is_corner_tab(net, tab):
+            strips.append(tab_strip(tab, kerf_mm, 1.2 * kerf_mm + 0.01, 0.5 * kerf_mm))
+            continue
+        neck = neck_of(net, tab, kerf_mm)
+        if neck is None:
+            raise ValueError(f"the tab at {tab.start} is no neck between petals of this net")
+        necks.append(neck)
     parts = shapely.get_parts(lines)  # one by one, so that lines that touch are not broken up
-    return _as_lines(shapely.difference(parts, zone)), _as_lines(shapely.intersection(parts, zone))
+    later = []
+    if strips:
+        zone = shapely.union_all(strips)
+        later.append(_as_lines(shapely.intersection(parts, zone)))
+        parts = shapely.difference(parts, zone)
+    for neck in necks:
+        parts = shapely.difference(parts, neck.zone)
+        later.append(_as_lines(neck.release()))
+    now = [_as_lines(parts), *(_as_lines(neck.sides()) for neck in necks)]
+    return _joined(now), _joined(later)
 
 
 def tab_strip(tab: Tab, kerf_mm: float, reach_mm: float, inward_mm: float = 0.0) -> Geometry:
@@ -131,6 +154,12 @@ def in_travel_order(paths: Iterable[Polyline], start: Point = (0.0, 0.0)) -> tup
         out.append(path if forward else path[::-1])
         here = out[-1][-1]
     return tuple(out)
+
+
+def _joined(lines: list[Geometry]) -> Geometry:
+    import shapely
+
+    return shapely.MultiLineString([part for shape in lines for part in shapely.get_parts(shape)])
 
 
 def _as_lines(shape: Geometry) -> Geometry:

@@ -37,7 +37,7 @@ def fabrication_steps(
     """
     kerf = hold.kerf_mm
     lines = contour_lines(net, kerf)
-    contour, across_tabs = split_at_tabs(lines, hold.tabs, kerf)
+    contour, across_tabs = split_at_tabs(net, lines, hold.tabs, kerf)
     seams = in_travel_order(polylines(clip_seams(sheet, hold.clipped, lines, kerf)))
     inner, outer, around_base = _grouped(net, polylines(contour), kerf)
     steps: list[Step] = []

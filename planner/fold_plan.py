@@ -74,9 +74,12 @@ class MachineLimits:
 class Tab:
     """An uncut stretch of a base panel's boundary that ties it to the frame until ``release``.
 
+    Where ``edge`` is a crease the tab is a neck at the corner of the base panel in which that crease ends:
+    the stretch is its section, across it through the corner, see ``planner.corner_tabs``.
+
     Attributes:
-        edge: the net edge that it lies on (assignment B, of a base panel face).
-        start: one end of the stretch, on the edge, mm.
+        edge: the net edge of the base panel that it lies on (assignment B), or a crease of it.
+        start: one end of the stretch, on the edge, mm; the way out of the panel is to the right from here.
         end: the other end.
     """
 

@@ -10,10 +10,13 @@ from numpy.typing import NDArray
 from planner._kernels import nb_kernels, restore_kernels
 from planner._kernels.net_arrays import BLOCKED, BLOOMING, FROZEN, TESTED
 from planner.blooming_trees import BLOOMING_TREES, TreeGrower, TreeName, blooming_tree
+from planner.corner_tabs import CORNER_WIDTHS_MM, corner_tabs
 from planner.dual_graph import DualGraph
 from planner.flat_layout import FlatLayout
+from planner.fold_plan import MachineLimits
 from planner.net import Net, NetCertificate
 from planner.net_proof import NetProof
+from planner.no_goods import never_free
 from planner.packed_bound import packed_proof
 
 __all__ = ["WORK_PER_SECOND", "NetAttempt", "certify", "nearly_blooming", "repair_tree"]
@@ -42,8 +45,8 @@ class NetAttempt:
         blooming_overlaps: overlapping face pairs in that tree.
         edits: creases of the net that the tree does not have.
         overlapping: (P, 2) face pairs that still overlap.
-        held: the base panel has a free side for a tab.
-        roomy: some free side of the base panel has room for a tab.
+        held: the base panel has a free side for a tab, or ``held_at_corner``.
+        roomy: some free side of the base panel has room for a tab, or ``held_at_corner``.
         work: faces that were tested for overlap on the way.
         proof: of the fewest edits that any net needs, if there is one.
     """
@@ -116,7 +119,8 @@ def repair_tree(
     found, edits, work = layout.overlaps, 0, 0
     overlapping = layout.overlapping_pairs() if found else np.empty((0, 2), dtype=np.int64)
     rng = np.array([_scramble(seed, base)], dtype=np.uint64)
-    if (found and remove_overlaps) or (not found and not layout.free_edges()):
+    loose = not found and not layout.free_edges() and not never_free(graph, base)
+    if (found and remove_overlaps) or loose:
         arrays = layout.arrays
         arrays.edge[:, BLOOMING] = tree
         if cut_panels:
@@ -126,7 +130,7 @@ def repair_tree(
         pairs[:found] = overlapping
         limit = int((DEFAULT_BUDGET_S if budget_s is None else budget_s) * WORK_PER_SECOND)
         stall = 500 + 2 * len(graph.goal.faces)
-        left = nb_kernels.search(arrays, layout.outline, pairs, found, rng, stall, limit)
+        left = nb_kernels.search(arrays, tab_sides(layout), pairs, found, rng, stall, limit)
         if left == 0:
             roomy = make_room(layout, seed)
             edits = restore(layout, tree, roomy, rounds=rounds_for(graph, rounds), seed=seed)
@@ -135,18 +139,19 @@ def repair_tree(
         work = int(arrays.number[TESTED])
         layout = FlatLayout(graph, layout.tree, base)
         overlapping = layout.overlapping_pairs() if layout.overlaps else overlapping[:0]
-    elif not found and not layout.tab_has_room():
+    elif not found and layout.free_edges() and not layout.tab_has_room():
         make_room(layout, seed)
         edits = int(np.count_nonzero(layout.tree & ~tree))
         layout = FlatLayout(graph, layout.tree, base)
+    cornered = len(overlapping) == 0 and held_at_corner(layout)
     return NetAttempt(
         layout=layout,
         tree=name,
         blooming_overlaps=found,
         edits=edits,
         overlapping=overlapping,
-        held=layout.free_edges() > 0,
-        roomy=layout.tab_has_room(),
+        held=layout.free_edges() > 0 or cornered,
+        roomy=layout.tab_has_room() or cornered,
         work=work,
     )
 
@@ -172,7 +177,7 @@ def restore(
     return int(
         restore_kernels.polish(
             arrays,
-            layout.outline,
+            tab_sides(layout),
             np.zeros((6 * faces, 2), dtype=np.int64),
             np.zeros((restore_kernels.ROWS, faces + 1), dtype=np.int64),
             np.full((edges, 2), -1, dtype=np.int64),
@@ -205,6 +210,22 @@ def make_room(layout: FlatLayout, seed: int) -> bool:
                         return True
                     layout.undo()
     return False
+
+
+def held_at_corner(layout: FlatLayout) -> bool:
+    """True if no net has a free side at this base, and at some corner of it the narrowest neck has room."""
+    return never_free(layout.graph, layout.base) and bool(
+        corner_tabs(layout.to_net(), MachineLimits(), CORNER_WIDTHS_MM[0])
+    )
+
+
+def tab_sides(layout: FlatLayout) -> NDArray[np.int64]:
+    """``layout.outline`` for the kernels; where no net has a free side, a row of none stands for one."""
+    if not never_free(layout.graph, layout.base):
+        return layout.outline
+    none = layout.outline[:1].copy()
+    none[:, 2] = -1
+    return np.ascontiguousarray(np.concatenate([layout.outline, none]))
 
 
 def nearly_blooming(

@@ -14,7 +14,7 @@ from planner.layout_arrays import graph_arrays
 from planner.net_proof import Reason
 from planner.proof_geometry import FaceShapes, vertex_fan
 
-__all__ = ["NoGood", "PathFinder", "hold_no_good", "vertex_no_goods"]
+__all__ = ["NoGood", "PathFinder", "hold_no_good", "never_free", "vertex_no_goods"]
 
 PATH_ROOM = 20_000
 """Paths that one search returns at most."""
@@ -102,8 +102,29 @@ def vertex_no_goods(graph: DualGraph) -> list[NoGood]:
 
 
 def hold_no_good(graph: DualGraph, base: int) -> NoGood | None:
-    """The sides of the base panel that could hold a tab: one is cut; None if one lies on the boundary."""
+    """The sides of the base panel that could hold a tab: one is cut.
+
+    None if one lies on the boundary, or if none can be cut in any net (``never_free``).
+    """
     sides = base_outline(graph, graph.panel == graph.panel[base])[:, 2]
-    if (sides < 0).any():
+    if (sides < 0).any() or never_free(graph, base):
         return None
     return NoGood(tuple(np.unique(sides).tolist()), 1, "hold", (base, base))
+
+
+def never_free(graph: DualGraph, base: int) -> bool:
+    """True if every side of the base panel that could hold a tab is the only way to what lies beyond it."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    sides = base_outline(graph, graph.panel == graph.panel[base])[:, 2]
+    if (sides < 0).any():
+        return False
+    count = len(graph.face_edges)
+    for side in np.unique(sides).tolist():
+        left = np.delete(graph.faces, side, axis=0)
+        joined = coo_array((np.ones(len(left)), (left[:, 0], left[:, 1])), shape=(count, count))
+        _, part = connected_components(joined, directed=False)
+        if not part.any():
+            return False
+    return True

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.atomic_file import write_atomic
+from planner.corner_tabs import is_corner_tab, neck_of
 from planner.errors import FormatError
 from planner.fold_plan import (
     Bend,
@@ -287,9 +288,16 @@ def _check_references(record: PlanRecord, net: Net, name: str) -> None:
     for number, triangle in enumerate(record.frame_faces):
         if triangle >= triangles:
             raise wrong(f"$['blossom:frame_faces'][{number}]", triangle, f"a triangle below {triangles}")
+    kerf = MachineLimits().kerf if record.limits is None else record.limits.kerf
     for number, tab in enumerate(record.tabs):
-        if tab.edge >= len(net.edges) or net.assignment[tab.edge] != "B":
+        if tab.edge >= len(net.edges):
             raise wrong(f"$.tabs[{number}].edge", tab.edge, "a cut edge of the net")
+        corner = Tab(tab.edge, tab.start, tab.end)
+        if is_corner_tab(net, corner) and neck_of(net, corner, kerf) is None:
+            raise wrong(
+                f"$.tabs[{number}].edge", tab.edge, "a cut edge of the net, or a crease at whose end on the "
+                "base panel a neck lies free between petals",
+            )  # fmt: skip
     for number, step in enumerate(record.steps):
         if isinstance(step, r.FoldRecord) and step.crease not in net.child_of:
             raise wrong(f"$.steps[{number}].crease", step.crease, "a crease of the net")

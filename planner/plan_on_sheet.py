@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.clearance import check_rotation_clearance
 from planner.clip_regions import clip_swept
+from planner.corner_tabs import neck_notice
 from planner.errors import PlanError
 from planner.fabrication import check_held, fabrication_steps
 from planner.fold_plan import Blocked, Fold, FoldPlan, PlanMetrics, Rotate, Sheet
@@ -18,6 +20,7 @@ from planner.fold_problem import FlatTree, FoldProblem, FoldResult
 from planner.holding import Hold, hold_base
 from planner.lost_folds import foldable_share
 from planner.metal_pieces import incentres, piece_of
+from planner.neck_contact import stays_clear
 from planner.net import Net
 from planner.sheet_hits import sheet_hits, sheet_solids
 from planner.tab_strength import tab_notice
@@ -77,7 +80,8 @@ def plan_on_sheet(
         notices=notices,
     )
     _check(plan, without)
-    return replace(plan, notices=(*notices, *tab_notice(plan)))
+    necks = neck_notice(net, hold.tabs, limits.kerf)
+    return replace(plan, notices=(*notices, *necks, *tab_notice(plan)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +129,9 @@ def fold_on_sheet(
     for _ in range(3):
         result = problem.fold(tree, obstacles=bodies[kept] if sweeps_sheet else None, rank=rank)
         hits = sheet_hits(tree, result, problem, bodies) if sweeps_sheet else {}
-        hold = hold_base(net, sheet, problem.limits, frozenset(hits) - frozenset(kept.tolist()))
+        swept = frozenset(hits) - frozenset(kept.tolist())
+        check = partial(stays_clear, tree=tree, result=result, problem=problem) if sweeps_sheet else None
+        hold = hold_base(net, sheet, problem.limits, swept, check)
         if not hold.needed:
             break
         kept = np.union1d(kept, np.array(sorted(hold.tether | hold.needed), dtype=np.int64))

@@ -6,11 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.blooming_trees import BLOOMING_TREES, blooming_tree
+from planner.corner_tabs import CORNER_WIDTHS_MM, corner_tabs
 from planner.dual_graph import DualGraph
 from planner.errors import NetError
 from planner.flat_layout import base_outline
+from planner.fold_plan import MachineLimits
 from planner.net import Net
 from planner.net_proof import NetProof, ProofCheck, ProofNoGood
+from planner.no_goods import never_free
 from planner.proof_geometry import PROVEN_DEPTH_MM, FaceShapes, Triangle, penetration, vertex_fan
 from planner.tree_bound import TreeBound
 
@@ -35,7 +38,9 @@ def check_net(net: Net) -> ProofCheck:
     if edits != certificate.edits:
         problems.append(f"the certificate says {certificate.edits} edits, the net has {edits}")
     outline = base_outline(graph, np.isin(np.arange(len(net.parent)), net.base_panel))
-    if not any(side < 0 or not tree[side] for side in outline[:, 2].tolist()):
+    cramped = not any(side < 0 or not tree[side] for side in outline[:, 2].tolist())
+    necks = corner_tabs(net, MachineLimits(), CORNER_WIDTHS_MM[0]) if cramped else []
+    if cramped and not (necks and never_free(graph, net.base_face)):
         problems.append("every side of the base panel that could hold a tab is a crease")
     proven, shown = 0, 0
     proof = certificate.proof
@@ -116,6 +121,7 @@ def no_good_fault(
     if item.why == "hold":
         sides = base_outline(graph, graph.panel == graph.panel[base])[:, 2]
         outline = {number[edge] for edge in item.edges} >= set(sides.tolist())
+        outline = outline and not never_free(graph, base)
         return "" if outline and item.cut_at_least <= 1 else "these are not all sides that could hold a tab"
     if item.why == "vertex":
         return _vertex_fault(graph, shapes, item)

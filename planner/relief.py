@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.corner_tabs import Neck, is_corner_tab, neck_of
 from planner.cut_paths import in_travel_order, polylines, tab_strip
 from planner.fold_plan import Cut, Fold, FoldPlan, Point, Polyline, Tab
 from planner.net import Net
@@ -71,7 +72,7 @@ def relief_radii(
     corners, meeting = np.unique(net.edges[folded], return_counts=True)
     ends = net.vertices[net.edges[folded]]
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    held = shapely.union_all([tab_strip(tab, kerf, 2.0 * kerf, 2.0 * kerf) for tab in tabs])
+    held = shapely.union_all([_beside_tab(net, tab, kerf) for tab in tabs])
     around = _faces_around(net)
     out: dict[int, float] = {}
     for vertex in corners[meeting >= 2].tolist():
@@ -131,7 +132,9 @@ def is_relief(cut: Cut) -> bool:
 
 
 def lit_creases(plan: FoldPlan) -> dict[int, tuple[Point, Point]]:
-    """Crease → ends of the line that is lit, in the frame of the net: the crease less the holes at its ends.
+    """Crease → ends of the line that is lit, in the frame of the net: the crease less what its ends lose.
+
+    That is a relief hole, or the neck of a tab at a corner of the base panel.
 
     Every crease of the net is there, in the order of its face's boundary; flat joints too.
     """
@@ -140,7 +143,8 @@ def lit_creases(plan: FoldPlan) -> dict[int, tuple[Point, Point]]:
     net = plan.net
     half = 0.5 * max(plan.limits.kerf, LEAST_KERF_MM)
     cuts = [step for step in plan.steps if isinstance(step, Cut) and is_relief(step)]
-    holes = shapely.buffer([shapely.LineString(path) for cut in cuts for path in cut.paths], half)
+    holes = [*shapely.buffer([shapely.LineString(path) for cut in cuts for path in cut.paths], half)]
+    holes += [neck.lost for neck in _necks(net, plan.sheet.tabs, plan.limits.kerf)]
     tree = shapely.STRtree(holes)
     out: dict[int, tuple[Point, Point]] = {}
     for crease, face in sorted(net.child_of.items()):
@@ -158,6 +162,18 @@ def lit_creases(plan: FoldPlan) -> dict[int, tuple[Point, Point]]:
         a, b = (start + share * along for share in (low, high))
         out[crease] = ((float(a[0]), float(a[1])), (float(b[0]), float(b[1])))
     return out
+
+
+def _beside_tab(net: Net, tab: Tab, kerf: float) -> Geometry:
+    """Where no hole may be, as it would weaken a tab."""
+    necks = _necks(net, [tab], kerf)
+    return necks[0].lost if necks else tab_strip(tab, kerf, 2.0 * kerf, 2.0 * kerf)
+
+
+def _necks(net: Net, tabs: Iterable[Tab], kerf_mm: float) -> list[Neck]:
+    """The necks at corners of the base panel among ``tabs``."""
+    made = [neck_of(net, tab, kerf_mm) for tab in tabs if is_corner_tab(net, tab)]
+    return [neck for neck in made if neck is not None]
 
 
 def _faces_around(net: Net) -> dict[int, list[int]]:

@@ -75,7 +75,7 @@ def test_tabs_stay_and_release_cuts_them():
 
 def test_without_tabs_everything_is_cut():
     lines = contour_lines(NETS["plate"], KERF)
-    now, later = split_at_tabs(lines, (), KERF)
+    now, later = split_at_tabs(NETS["plate"], lines, (), KERF)
     assert now.equals(lines)
     assert later.is_empty
     assert polylines(later) == ()

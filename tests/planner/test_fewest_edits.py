@@ -14,6 +14,7 @@ from planner.fewest_edits import ProvenNet, prove_net
 from planner.goal_mesh import GoalMesh
 from planner.make_net import make_net
 from planner.net_methods import NET_METHODS
+from planner.no_goods import never_free
 from planner.overlap import overlapping_triangles
 from planner.proof_check import check_net, check_proof
 from tests.planner.all_spanning_trees import lay_all_trees
@@ -148,12 +149,19 @@ def test_that_there_is_no_net_is_proven() -> None:
     assert proven.impossible
     assert proven.impossible_for_any_base
     assert not proven.optimal
+
+
+def test_a_base_that_can_have_no_free_side_is_held_at_a_corner() -> None:
     ball = rough_ball(12, 1, 0.2)
     used, corners = np.unique(ball.faces[neighbourhood(ball, 0)], return_inverse=True)
-    star = GoalMesh(ball.vertices[used], corners.reshape(-1, 3), name="star")
-    held = prove_net(DualGraph(star), 0, seconds=60.0)
-    assert held.impossible
-    assert not held.impossible_for_any_base
+    graph = DualGraph(GoalMesh(ball.vertices[used], corners.reshape(-1, 3), name="star"))
+    assert never_free(graph, 0)
+    assert not never_free(DualGraph(ball), 0)
+    held = prove_net(graph, 0, seconds=60.0)
+    assert held.attempt.is_net
+    assert held.attempt.layout.free_edges() == 0
+    assert held.optimal
+    assert check_net(held.attempt.to_net("exact")).holds
 
 
 def neighbourhood(goal: GoalMesh, face: int) -> list[int]:

@@ -7,11 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planner import proof_check
+from planner.corner_tabs import CORNER_WIDTHS_MM, corner_tabs
 from planner.dual_graph import DualGraph
 from planner.errors import NetError
+from planner.fold_plan import MachineLimits
 from planner.goal_mesh import GoalMesh
 from planner.make_net import make_net, starting_layouts
 from planner.net import Net
+from planner.no_goods import never_free
 from planner.overlap import overlapping_faces
 from tests.planner.goal_shapes import (
     block_with_hole,
@@ -44,8 +48,11 @@ def test_real_meshes_get_a_net(shared_meshes: Path, name: str) -> None:
 
 
 def check_hold(goal: GoalMesh, net: Net) -> None:
-    """The base panel has a cut side of 2 mm, or its longest."""
+    """The base panel has a cut side of 2 mm, or its longest; if none can be cut, room for a neck."""
     graph = DualGraph(goal)
+    if never_free(graph, net.base_face):
+        assert corner_tabs(net, MachineLimits(), CORNER_WIDTHS_MM[0])
+        return
     lengths = graph.side_length[net.base_panel]
     kinds = {frozenset(pair): kind for pair, kind in zip(net.edges.tolist(), net.assignment, strict=True)}
     free = [
@@ -134,17 +141,29 @@ def test_plain_trees_that_overlap_say_so() -> None:
     assert len(caught.value.faces) >= 2
 
 
-def test_a_base_that_cannot_be_held() -> None:
+def three_wings(size: float) -> GoalMesh:
+    """A triangle with a wing on each of its sides."""
     middle = np.array([[0, 0, 0], [20, 0, 0], [10, 17, 0]], float)
     tips = np.array([[10, -15, 3], [25, 14, 3], [-5, 14, 3]], float)
-    goal = GoalMesh(
-        np.concatenate([middle, tips]),
+    return GoalMesh(
+        size * np.concatenate([middle, tips]),
         np.array([[0, 1, 2], [1, 0, 3], [2, 1, 4], [0, 2, 5]]),
         name="three wings",
     )
+
+
+def test_a_base_that_cannot_be_held() -> None:
+    goal = three_wings(0.05)  # too small for a neck at a corner
     with pytest.raises(NetError, match=r"three wings: with base face 0 .*no tab can hold it.*--base"):
         make_net(goal, base_face=0)
-    assert make_net(goal).base_face != 0
+
+
+def test_a_base_with_a_wing_on_every_side_is_held_at_its_corners() -> None:
+    net = make_net(three_wings(1.0), base_face=0)
+    assert net.base_face == 0
+    assert net.certificate.edits == net.certificate.lower_bound == 0
+    assert proof_check.check_net(net).problems == ()
+    assert make_net(three_wings(1.0)).base_face == 0
 
 
 def test_two_pieces_are_refused() -> None:
