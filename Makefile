@@ -21,7 +21,7 @@ ifeq ($(shell uname -s),Linux)
 export MUJOCO_GL ?= egl
 endif
 
-.PHONY: help demo test lint types tests slow format goals docs wheel clean
+.PHONY: help demo test lint types tests slow format goals docs viewer wheel clean
 
 help:
 	@sed -n 's/^#  *\(make .*\)/\1/p' $(firstword $(MAKEFILE_LIST))
@@ -39,7 +39,7 @@ types: $(VENV)/installed-test
 	$(VENV)/bin/mypy
 
 tests: $(VENV)/installed-test
-	$(VENV)/bin/pytest -n $(WORKERS)
+	$(VENV)/bin/pytest -n $(WORKERS) $(if $(ARTEFACTS),--artefacts $(ARTEFACTS))
 
 # Takes minutes: builds wheel and sdist and runs the demo from each in an empty environment.
 slow: $(VENV)/installed-test
@@ -55,6 +55,10 @@ goals: $(VENV)/installed
 # The pages as a site in build/site; a warning is an error.
 docs: $(VENV)/installed-test
 	$(VENV)/bin/mkdocs build --quiet
+
+# The 3-D view of the report, from its sources and the locked packages; needs Node and npm.
+viewer:
+	studio/viewer/build
 
 wheel: $(VENV)/installed-test
 	$(VENV)/bin/python -m build

@@ -15,7 +15,7 @@ from studio.summary import Summary
 
 if TYPE_CHECKING:
     from planner.fold_plan import FoldPlan
-    from studio.report import StepSetting
+    from studio.report_steps import StepSetting
     from studio.workspace import Workspace
 
 __all__ = ["bundle_summary", "step_settings", "validation_values"]
@@ -106,15 +106,24 @@ def _reason(validation: dict[str, Any]) -> str:
 
 
 def step_settings(ws: Workspace) -> dict[int, StepSetting]:
-    """Step index → how it is burnt, for the report's table."""
-    from studio.report import StepSetting
+    """Step index → how it is burnt, for the report; times are those of the job where there is one."""
+    from studio.report_heat import cooling_c
+    from studio.report_steps import StepSetting
 
+    seconds: dict[int, float] = {}
+    if "job.json" in ws.manifest.files:
+        for block in ws.job.blocks:
+            seconds[block.step] = seconds.get(block.step, 0.0) + block.seconds
     settings = {
-        cut.step: StepSetting(cut.passes, cut.power_w, cut.speed_mm_s, cut.beam_s, cut.energy_j)
-        for cut in ws.process.cuts
+        step: StepSetting(seconds=took) for step, took in seconds.items() if 0 <= step < len(ws.plan.steps)
     }
+    for cut in ws.process.cuts:
+        took = seconds.get(cut.step, cut.beam_s)
+        settings[cut.step] = StepSetting(cut.passes, cut.power_w, cut.speed_mm_s, took, cut.energy_j)
     for fold in ws.process.folds:
         settings[fold.step] = StepSetting(
-            fold.passes, fold.power_w, fold.speed_mm_s, fold.seconds, fold.energy_j
-        )
+            fold.passes, fold.power_w, fold.speed_mm_s, seconds.get(fold.step, fold.seconds), fold.energy_j,
+            (fold.start_c[0], fold.start_c[-1]) if fold.start_c else None,
+            cooling_c(fold, ws.process, ws.material),
+        )  # fmt: skip
     return settings

@@ -33,8 +33,9 @@ def net_svg(plan: FoldPlan) -> str:
     panel = set(net.base_panel.tolist())
     out = [
         f'<svg id="net" xmlns="http://www.w3.org/2000/svg" viewBox="{_number(low[0])} {_number(-high[1])} '
-        f'{_number(high[0] - low[0])} {_number(high[1] - low[1])}" role="img" '
-        f'aria-label="The flat net of {len(net.faces)} faces on its sheet">',
+        f'{_number(high[0] - low[0])} {_number(high[1] - low[1])}" role="img" tabindex="0" '
+        f'aria-label="The flat net of {len(net.faces)} faces on its sheet. '
+        'Arrow keys go from face to face.">',
         f'<polygon class="sheet" points="{_points(sheet.outline)}"/>',
     ]
     for kind, members in (

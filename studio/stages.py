@@ -153,12 +153,13 @@ def report_stage(ws: Workspace) -> None:
     from studio.bundle_summary import bundle_summary, step_settings, validation_values
     from studio.motion_glb import motion_glb
     from studio.report import report_html
+    from studio.report_rooms import step_rooms
 
     with ws.progress.stage("report", "writing the page and the animation"):
         ws.path("motion.glb").write_bytes(motion_glb(ws.plan))
         page = report_html(
             ws.plan, bundle_summary(ws), ws.manifest,
-            settings=step_settings(ws), validation=validation_values(ws),
+            settings=step_settings(ws), rooms=step_rooms(ws), validation=validation_values(ws),
         )  # fmt: skip
         ws.path("report.html").write_bytes(page)
     ws.manifest.parameters["report"] = {}

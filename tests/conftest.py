@@ -25,12 +25,26 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         default=None,
         help="folder with the common test meshes (real, proc, bad, variants); default: ../shared/meshes",
     )
+    parser.addoption(
+        "--artefacts", metavar="PATH", default=None, help="folder for pictures that people look at"
+    )
 
 
 @pytest.fixture(scope="session")
 def repository() -> Path:
     """Root folder of the checkout."""
     return REPOSITORY
+
+
+@pytest.fixture(scope="session")
+def artefacts(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder for pictures that people look at: given by --artefacts, else one of the test run."""
+    given = request.config.getoption("--artefacts")
+    if not given:
+        return tmp_path_factory.mktemp("artefacts")
+    folder = Path(given)
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
 
 
 @pytest.fixture(scope="session")

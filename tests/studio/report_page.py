@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from studio.manifest import Manifest
-from studio.report import StepSetting, report_html
+from studio.report import report_html
+from studio.report_steps import StepRoom, StepSetting
 from studio.summary import Summary
 from studio.words import blocked_values
 from tests.studio.small_plan import small_plan
@@ -32,9 +33,20 @@ def small_manifest() -> Manifest:
     )  # fmt: skip
 
 
+def small_settings():
+    return {
+        3: StepSetting(120, 12.5, 20.0, 33.0, 44.0, (21.0, 190.0), (400.0, 300.0, 120.0, 60.0, 25.0, 20.0)),
+        0: StepSetting(2, 15.0, 5.0, 4.0, 60.0), 2: StepSetting(seconds=3.0),
+    }  # fmt: skip
+
+
 def small_report(**changes) -> bytes:
     return report_html(
         small_plan(), small_summary(**changes), small_manifest(),
-        settings={3: StepSetting(120, 12.5, 20.0, 33.0, 44.0)},
-        validation={"verdict": "pass", "shape_rms": 1.2, "events": [{"kind": "sag", "step": 3}]},
+        settings=small_settings(), rooms={3: StepRoom(0.0123, 1.0, 0.97, True)},
+        validation={
+            "verdict": "pass", "shape_rms": 1.2, "events": [{"kind": "sag", "step": 3}],
+            "heating": {"model": "fast/1", "calibration": "none", "grade": "C"},
+            "scatter": {"draws": 40, "open_loop": {"probability": 0.75, "interval": [0.6, 0.86]}},
+        },
     )  # fmt: skip

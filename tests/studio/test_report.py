@@ -13,7 +13,7 @@ import pytest
 from studio.report import report_html
 from studio.report_data import viewer_values
 from studio.report_net_svg import net_svg
-from tests.studio.report_page import small_manifest, small_report, small_summary
+from tests.studio.report_page import small_manifest, small_report, small_settings, small_summary
 from tests.studio.small_plan import small_plan
 
 VOID = {"meta", "link", "input", "br", "img"}
@@ -56,21 +56,22 @@ def test_the_page_is_well_formed_and_loads_nothing(source):
         if name in ("src", "href", "action", "data", "poster", "srcset"):
             assert value == "data:,"
     assert "{{" not in source
-    links = set(re.findall(r"https?://[^\s\"'<>]+", source))
-    assert links <= {"http://www.w3.org/2000/svg"}
+    links = set(re.findall(r"https?://[^\s\"'`<>]+", source))
+    assert links <= {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xhtml"}  # names, not addresses
     assert "@import" not in source
     assert "url(" not in source
     assert "default-src 'none'" in source
 
 
-def test_ids_are_there_once_and_labels_point_to_them(source):
+def test_ids_are_there_once_and_labels_point_to_them(source, repository):
     page = Page(source)
     ids = [value for _, name, value in page.attributes if name == "id"]
     assert len(ids) == len(set(ids))
     for _, name, value in page.attributes:
         if name == "aria-labelledby":
             assert value in ids
-    wanted = set(re.findall(r'\bel\("([\w-]+)"\)', source))
+    viewer = "".join(file.read_text() for file in (repository / "studio" / "viewer" / "src").glob("*.js"))
+    wanted = set(re.findall(r'\bel\("([\w-]+)"\)', viewer))
     assert wanted
     assert wanted <= set(ids)
 
@@ -80,7 +81,9 @@ def test_the_page_says_what_people_ask_for(source):
     for words in (
         "pyramid", "90.0", "1.25", "mm rms", "20 min 34 s", "512", "validated: pass", "grbl-4axis",
         "the moving part would touch faces 2, 4", "rotate to 180° (bottom side up)", "cd" * 32, "ab" * 32,
-        "metal-blossom", "scaled from 1 to 60 mm", "seed",
+        "metal-blossom", "scaled from 1 to 60 mm", "seed", "75",
+        "% of 40 draws pass", "grade C", "not calibrated",
+        "blossom net pyramid.obj --rig grbl-4axis --material 304",
     ):  # fmt: skip
         assert words in text, words
     assert text.count("fold crease") == 5
@@ -116,7 +119,7 @@ def test_embedded_values_are_those_of_the_plan(source):
     found = re.search(r'<script type="application/json" id="plan-data">(.*?)</script>', source, re.DOTALL)
     assert found
     values = json.loads(found.group(1))
-    assert values == json.loads(json.dumps(viewer_values(plan)))
+    assert values == json.loads(json.dumps(viewer_values(plan, small_settings())))
     np.testing.assert_allclose(np.reshape(values["vertices"], (-1, 2)), plan.net.vertices, atol=1e-5)
     assert [s["op"] for s in values["steps"]] == [
         "cut", "clip", "rotate", "fold", "wait", "fold", "fold", "fold", "fold", "rotate", "release",
