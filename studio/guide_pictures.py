@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from planner.fold_plan import FoldPlan
     from studio.film import Moment
-    from studio.report import StepSetting
+    from studio.report_steps import StepSetting
     from studio.workspace import Workspace
 
 __all__ = ["MOST_PICTURES", "Stretch", "pictures", "stretches"]

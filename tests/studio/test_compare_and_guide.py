@@ -14,7 +14,7 @@ from planner.fold_plan import Clip, Cut, Fold, Release, Rotate
 from studio.cli import main
 from studio.guide_files import BROWSERS, PrintError, _browser
 from studio.guide_pictures import stretches
-from studio.report import StepSetting
+from studio.report_steps import StepSetting
 from tests.studio.small_plan import small_plan
 
 os.environ.setdefault("MUJOCO_GL", "egl")
