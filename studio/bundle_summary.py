@@ -11,6 +11,7 @@ from studio.contact_stage import contact_words
 from studio.diagnosis_words import blocked_summary
 from studio.heat_stage import heat_values
 from studio.report_validation import event_text
+from studio.strip_summary import is_strip, strip_summary
 from studio.summary import Summary
 
 if TYPE_CHECKING:
@@ -33,6 +34,8 @@ def bundle_summary(ws: Workspace, replay: str = "") -> Summary:
     """The figures of whatever stages have run."""
     from planner.lost_folds import left_out_words
 
+    if is_strip(ws):
+        return strip_summary(ws, replay)
     manifest = ws.manifest
     planned = "plan.json" in manifest.files
     net = ws.plan.net if planned else ws.net

@@ -32,6 +32,7 @@ from studio import (
     commands_scatter,
     commands_shadow,
     commands_stages,
+    commands_testgrid,
     commands_trace,
 )
 from studio.config_file import apply_config
@@ -74,7 +75,8 @@ for _command in (
     commands_certify.certify, commands_stages.validate, commands_stages.job, commands_stages.replay,
     commands_resume.resume, commands_shadow.shadow, commands_trace.trace,
     commands_stages.report, commands_export.export, commands_guide.guide, commands_compare.compare,
-    commands_explain.explain, commands_scatter.scatter, commands_bend.bend, commands_calibrate.calibrate,
+    commands_explain.explain, commands_scatter.scatter, commands_bend.bend,
+    commands_testgrid.testgrid, commands_calibrate.calibrate,
     commands_rigs.rigs, commands_materials.materials, commands_make.demo, commands_bench.bench,
     commands_config.config, commands_config.completion,
 ):  # fmt: skip

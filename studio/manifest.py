@@ -19,8 +19,9 @@ MANIFEST_NAME = "manifest.json"
 FORMAT = "metal-blossom/manifest"
 VERSION = 1
 
-UNHASHED = ("timing.json", "journal-")
-"""Beginnings of the names of files that are no part of the hashed set: they hold wall-clock times."""
+UNHASHED = ("timing.json", "journal-", "strip.csv")
+"""Beginnings of the names of files that are no part of the hashed set: they hold wall-clock times, or what
+a person wrote into them."""
 
 _PACKAGES = ("metal-blossom", "numpy", "scipy", "mujoco-core", "shapely", "trimesh", "pymeshlab")
 
@@ -121,7 +122,7 @@ STAGE_OF = {
     "plan.json": "plan", "sheet.svg": "plan", "sheet.dxf": "plan", "contact.json": "plan",
     "sight.json": "plan", "model.xml": "validate", "validation.json": "validate", "job.gcode": "job",
     "job.json": "job",
-    "report.html": "report", "motion.glb": "report",
+    "report.html": "report", "motion.glb": "report", "strip.svg": "testgrid",
 }  # fmt: skip
 """The stage that writes each file of a bundle."""
 

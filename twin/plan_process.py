@@ -19,9 +19,9 @@ from rigs.process import CutProcess, FoldProcess, Process
 from rigs.rig import Rig
 from twin.calibration_scope import calibration_holds
 from twin.cooling import pass_times
+from twin.cut_setting import cut_setting
 from twin.errors import HeatingError
 from twin.heating import MODEL_NAME
-from twin.hot_metal import melting_heat
 from twin.net_heat import NetHeat
 from twin.pass_law import HeatingModel
 from twin.process_table import Chain, Conditions, Objective, SettingTable
@@ -38,14 +38,6 @@ ALLOWED_START_C = 200.0
 
 SHORTEST_WAIT_S = 0.1
 """Least dark time between passes: the end where the beam turns round is hit twice at once otherwise."""
-
-MELTING_SHARE = 0.483
-"""Largest share of the absorbed power that melts a kerf. Swift-Hook and Gick, Welding J. 52 (1973)."""
-
-CUT_RESERVE = 1.25
-"""Cuts get this much more than melting needs. Grade C."""
-
-SLOWEST_CUT_MM_S = 2.0
 
 COLD_C = 30.0
 """To compare with: the naive way waits after every pass until the crease is as cold as this again."""
@@ -283,17 +275,10 @@ class ProcessMaker:
 
     def cut(self, number: int, paths: tuple[Polyline, ...]) -> CutProcess:
         """Power and speed of the paths of one cut: as fast as the rig's cap melts the kerf."""
-        rig, limits = self.rig, self.plan.limits
-        power = rig.laser.cap_fraction * rig.laser.max_w
-        needed = melting_heat(self.material) * 1e-6 * limits.thickness * limits.kerf  # J/m
-        speed = 1e3 * MELTING_SHARE * self.absorptivity * power / (CUT_RESERVE * needed)
-        passes = max(1, math.ceil(SLOWEST_CUT_MM_S / speed))
-        if passes > 20:
-            raise HeatingError(
-                f"step {number} cuts {limits.thickness:g} mm of {self.material.name}: {power:.3g} W would "
-                f"need {passes} passes at {SLOWEST_CUT_MM_S:g} mm/s: choose thinner metal or a stronger laser"
-            )
-        speed = min(speed * passes, 0.5 * min(rig.axes.max_mm_s[:2]))
+        limits = self.plan.limits
+        power, speed, passes = cut_setting(
+            self.rig, self.material, limits.thickness, limits.kerf, self.absorptivity, f"step {number}"
+        )
         burnt = self.pattern.paths(paths)
         length = sum(math.dist(a, b) for path in burnt for a, b in itertools.pairwise(path))
         return CutProcess(
