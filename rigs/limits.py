@@ -63,7 +63,7 @@ def machine_limits(rig: Rig, material: SheetMaterial, thickness_mm: float | None
     source = _beam_source(rig)
     return MachineLimits(
         thickness=thickness,
-        kerf=rig.head.spot_mm,
+        kerf=rig.head.kerf_mm or rig.head.spot_mm,
         work_area=rig.sheet.max_mm,
         axis_height=axis_z - rig.clear.bed_z_mm,
         lens_height=rig.head.working_distance_mm,

@@ -90,6 +90,7 @@ class Head(Profile, frozen=True, kw_only=True):
         working_distance_mm: from the lowest part of the head down to the focus.
         depth_of_focus_mm: total focus depth.
         spot_mm: 1/e^2 diameter at the focus.
+        kerf_mm: width of a cut, measured on a strip; 0 takes that of the spot.
         m2: beam quality factor, 1 is ideal.
         max_incidence_deg: largest angle between beam and sheet normal at a crease.
     """
@@ -102,6 +103,7 @@ class Head(Profile, frozen=True, kw_only=True):
     working_distance_mm: float
     depth_of_focus_mm: float
     spot_mm: float
+    kerf_mm: float = 0.0
     m2: float = 1.5
     max_incidence_deg: float
 

@@ -53,6 +53,7 @@ def _positive(rig: Rig) -> Iterator[str]:
         "rotary.backlash_deg": rig.rotary.backlash_deg,
         "sheet.frame_margin_mm": rig.sheet.frame_margin_mm,
         "sheet.clearance_mm": rig.sheet.clearance_mm,
+        "head.kerf_mm": rig.head.kerf_mm,
         "laser.min_on_ms": rig.laser.min_on_ms,
         "laser.pilot.s": rig.laser.pilot.s,
         "laser.pilot.max_w": rig.laser.pilot.max_w,

@@ -23,7 +23,9 @@ PICTURE = ".svg"
 
 
 def calibrate(
-    table: Annotated[Path, Parameter(metavar="TABLE", help="CSV of burnt creases with measured angles.")],
+    table: Annotated[
+        Path, Parameter(metavar="TABLE", help="CSV of burnt creases, such as of blossom testgrid.")
+    ],
     /,
     *,
     material: Annotated[
@@ -67,6 +69,7 @@ def calibrate(
 
     Robust least squares; what the table does not determine keeps its default and is named. The file is
     graded by how well groups of rows are predicted that the fit did not see. Take it with --material FILE.
+    A table of cut windows (blossom testgrid --kind kerf) tells which settings cut and how wide.
 
     Examples:
         blossom calibrate strip/strip.csv --material 304 --thickness 0.1 -o my-304.toml
@@ -77,10 +80,20 @@ def calibrate(
     from rigs.material import load_material, parse_material
     from rigs.profile_writer import profile_toml
     from studio.calibration_svg import calibration_svg
+    from studio.kerf_words import kerf_lines, kerf_values
     from twin.calibrated_material import calibrated_material
     from twin.calibration import calibrate as fit_table
     from twin.calibration_table import read_table
+    from twin.kerf_table import is_kerf_table, read_kerfs
 
+    if is_kerf_table(table):
+        kerfs = read_kerfs(table)
+        if json:
+            say(json_text.dumps(kerf_values(table, kerfs), ensure_ascii=False, allow_nan=False))
+        else:
+            for line in kerf_lines(kerfs):
+                say(line)
+        return DONE
     target = output or Path(f"{table.stem}-{Path(material).stem.replace('/', '-')}.toml")
     if target.suffix != ".toml":
         raise UsageError(f"-o {target}: expected a name that ends in .toml")

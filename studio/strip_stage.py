@@ -24,10 +24,6 @@ __all__ = ["TABLE", "StripOptions", "keep_filled_table", "strip_stage"]
 
 TABLE = "strip.csv"
 
-KERF_COLUMNS = (
-    "id", "power_w", "speed_mm_s", "passes", "nominal_mm", "piece_mm", "hole_mm", "note",
-)  # fmt: skip
-
 
 @dataclass(frozen=True)
 class StripOptions:
@@ -129,6 +125,7 @@ def _how_to(strip: Strip) -> list[str]:
 def _table(strip: Strip, expected: Expected | None, thickness_mm: float, spot_mm: float) -> str:
     """The CSV to fill in."""
     from twin.calibration_table import table_text
+    from twin.kerf_table import KERF_COLUMNS
 
     if expected is None:
         out = io.StringIO()

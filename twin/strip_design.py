@@ -75,6 +75,13 @@ def fold_settings(
     settings: list[tuple[float, float, int]] = []
     for speed in chosen:
         own = tuple(powers) or _safe_powers(rig, material, thickness_mm, speed)
+        if not own:
+            cap = rig.laser.cap_fraction * rig.laser.max_w
+            raise HeatingError(
+                f"no power up to {cap:.3g} W folds {thickness_mm:g} mm of {material.name} "
+                f"{material.temper_name} at {speed:g} mm/s by the model: name powers and speeds yourself, or "
+                "take another rig or thickness"
+            )
         settings += itertools.product(own, (speed,), counts)
     return tuple(settings * repeats)
 
@@ -155,7 +162,7 @@ def rest_between_s(strip: Strip, rig: Rig, material: Material, thickness_mm: flo
         rest = 0.5 * (low + high)
         rise = 2.0 * float(crease_rise(rest * count, line, thickness_mm, material).sum())
         low, high = (low, rest) if rise <= _MOST_RISE_C else (rest, high)
-    return round(high, 1)
+    return math.ceil(10.0 * high) / 10.0
 
 
 def _good_speeds(rig: Rig, material: Material, thickness_mm: float) -> tuple[float, float]:
@@ -167,8 +174,11 @@ def _good_speeds(rig: Rig, material: Material, thickness_mm: float) -> tuple[flo
     best, farthest = fastest, -1.0
     for halves in range(7):
         speed = fastest / 2.0**halves
+        safe = _safe_powers(rig, material, thickness_mm, speed)
+        if not safe:
+            continue
         table = fold_passes(
-            material, thickness_mm, _safe_powers(rig, material, thickness_mm, speed)[-1], speed,
+            material, thickness_mm, safe[-1], speed,
             across_mm=rig.head.spot_mm / 2.0, absorptivity=material.absorptivity_at(rig.laser.wavelength_nm),
         )  # fmt: skip
         if float(table.fourier) <= _MOST_FOURIER and float(table.angle_rad) > farthest:
@@ -177,6 +187,7 @@ def _good_speeds(rig: Rig, material: Material, thickness_mm: float) -> tuple[flo
 
 
 def _safe_powers(rig: Rig, material: Material, thickness_mm: float, speed: float) -> tuple[float, ...]:
+    """Shares of the hottest power that folds and keeps its distance from melting; none if there is none."""
     cap = rig.laser.cap_fraction * rig.laser.max_w
     powers = cap * 1.03 ** -np.arange(120.0)[::-1]
     table = fold_passes(
@@ -189,9 +200,6 @@ def _safe_powers(rig: Rig, material: Material, thickness_mm: float, speed: float
         & (table.power_w > table.threshold_w)
     )
     if not len(safe):
-        raise HeatingError(
-            f"no power up to {cap:.3g} W folds {thickness_mm:g} mm of {material.name} at {speed:g} mm/s by "
-            "the model: name powers and speeds yourself, or take another rig or thickness"
-        )
+        return ()
     hottest = float(powers[safe[-1]])
     return tuple(round(share * hottest, 2) for share in _SHARES)

@@ -37,6 +37,7 @@ COMMANDS = (
     "explain",
     "scatter",
     "bend",
+    "testgrid",
     "calibrate",
     "rigs",
     "materials",

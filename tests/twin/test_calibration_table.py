@@ -70,7 +70,7 @@ def test_the_spot_may_be_given_beside_the_table(tmp_path):
         (HEAD + "9,fast,0.1,5,3\n", "line 2, column speed_mm_s: 'fast'"),
         (HEAD + "9,100,0.1,5,nan\n", "line 2, column angle_deg: nan is out of range"),
         (HEAD + "inf,100,0.1,5,3\n", "column power_w: inf is out of range"),
-        (HEAD + "-9,100,0.1,5,3\n", "column power_w: -9 is out of range, expected 0 to 100000 and more"),
+        (HEAD + "-9,100,0.1,5,3\n", "column power_w: -9 is out of range, expected 0.001 to 100000"),
         (HEAD + "0,100,0.1,5,3\n", "column power_w"),
         (HEAD + "9,100,0.1,2.5,3\n", "passes: 2.5 is not a whole number"),
         (HEAD + "9,100,0.1,5,-3\n", "column angle_deg: -3"),
