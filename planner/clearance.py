@@ -76,6 +76,7 @@ def check_rotation_clearance(plan: FoldPlan) -> list[str]:
     if np.abs(plan.sheet.rotary_axis[:, 1]).max() > 1e-6:
         raise ValueError("the rotary axis must be the line y = 0: place the net first")
     half = 0.5 * plan.limits.thickness
+    bars = _bar_corners(plan)
     angles = np.zeros(len(plan.net.edges))
     present = np.ones(len(plan.sheet.faces), dtype=np.bool_)
     bent: list[NDArray[np.float64]] = []
@@ -95,13 +96,20 @@ def check_rotation_clearance(plan: FoldPlan) -> list[str]:
             case Rotate(to_rad=to_rad):
                 points = [folded_triangles(plan.net, angles).reshape(-1, 3)] if not released else []
                 flat = plan.sheet.vertices[np.unique(plan.sheet.faces[present])]
-                points += [np.column_stack([flat, np.zeros(len(flat))]), *bent]
+                points += [np.column_stack([flat, np.zeros(len(flat))]), *bent, bars]
                 left = rotation_clearance(np.concatenate(points), plan.limits, rotary, to_rad)
                 problems += _words(n, rotary, to_rad, left, half)
                 rotary = to_rad
             case _:
                 pass
     return problems
+
+
+def _bar_corners(plan: FoldPlan) -> NDArray[np.float64]:
+    """(K, 3) outer corners of the frame's bars, half a thickness lower, as that is added to all points."""
+    rise = max(0.0, plan.sheet.clamp_height - 0.5 * plan.limits.thickness)
+    outline = plan.sheet.outline
+    return np.concatenate([np.column_stack([outline, np.full(len(outline), z)]) for z in (rise, -rise)])
 
 
 def _bent_points(

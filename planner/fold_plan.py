@@ -39,6 +39,9 @@ class MachineLimits:
         beam_source: where the light comes from if not parallel to the head's axis: along the rotary axis,
             across and over it, from the middle of the work area, mm; None: parallel light.
         frame_margin: width of the strip all around the sheet that the frame clamps.
+        clamp_height: how far the frame's bars over that strip stand out of the sheet plane, on either side.
+        clamps: polygons of what clamps the sheet farther in, as high as the bars, in the frame of the sheet,
+            x along the rotary axis, the origin in the middle of the work area.
         clearance: how far every face is set in from its edges when contact is tested (>= kerf / 2).
         depth_of_focus: total focus depth; with ``focus_travel`` the head follows a tilted crease.
         focus_travel: travel of the focus axis over and under the sheet plane (0: none).
@@ -68,6 +71,8 @@ class MachineLimits:
     bend_width: float = 0.0
     neutral_shift: float = 0.0
     relief_mm: float = 0.0
+    clamp_height: float = 0.0
+    clamps: tuple[Polyline, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -99,6 +104,7 @@ class Sheet:
         frame_faces: (T,) True where the triangle belongs to the clamped frame (never clipped).
         tabs: what holds the base panel.
         rotary_axis: (2, 2) two points on the rotary axis; the axis runs along +x through y = 0.
+        clamp_height: how far the frame's bars stand out of the sheet plane, on either side, mm.
     """
 
     outline: NDArray[np.float64]
@@ -107,6 +113,7 @@ class Sheet:
     frame_faces: NDArray[np.bool_]
     tabs: tuple[Tab, ...]
     rotary_axis: NDArray[np.float64]
+    clamp_height: float = 0.0
 
     def __post_init__(self) -> None:
         """Freeze the arrays and check their shapes."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from planner.fold_plan import MachineLimits
 from planner.fold_problem import FlatTree
-from planner.placement import GAP_MM
+from planner.placement import frame_gap
 
 __all__ = ["LONGEST_MM", "frame_strip"]
 
@@ -21,17 +21,18 @@ _HALVES = np.array([[[0, 1], [2, 1], [2, 3]], [[0, 1], [2, 3], [0, 3]]])
 
 
 def frame_strip(tree: FlatTree, limits: MachineLimits) -> NDArray[np.float64]:
-    """(M, 12, 3) the clamped frame around a flat net, as ``FoldProblem.fold`` wants obstacles.
+    """(M, 12, 3) the clamped frame around a flat net with its bars, as ``FoldProblem.fold`` wants obstacles.
 
     It covers what ``make_sheet`` makes the frame of the sheet around the same net.
 
     Args:
         tree: the net and the direction of its rotary axis, which the sheet lies along.
-        limits: what the machine allows; ``frame_margin`` and ``thickness`` are used.
+        limits: what the machine allows; ``frame_margin``, ``clamp_height`` and ``thickness`` count.
     """
     axes = np.array([tree.axis, [-tree.axis[1], tree.axis[0]]])
     points = tree.corners.reshape(-1, 2) @ axes.T
-    inner = np.array([points.min(axis=0) - GAP_MM, points.max(axis=0) + GAP_MM])
+    gap = frame_gap(limits)
+    inner = np.array([points.min(axis=0) - gap, points.max(axis=0) + gap])
     outer = inner + limits.frame_margin * np.array([[-1.0], [1.0]])
     (x0, y0), (x1, y1) = outer.tolist()
     (left, low), (right, high) = inner.tolist()
@@ -39,7 +40,7 @@ def frame_strip(tree: FlatTree, limits: MachineLimits) -> NDArray[np.float64]:
     rectangles = np.concatenate([_pieces(*side) for side in sides])
     triangles = np.zeros((2 * len(rectangles), 3, 3))
     triangles[:, :, :2] = rectangles[:, _HALVES].reshape(-1, 3, 2) @ axes
-    up = np.array([0.0, 0.0, 0.5 * limits.thickness])
+    up = np.array([0.0, 0.0, max(0.5 * limits.thickness, limits.clamp_height)])
     return np.concatenate([triangles + up, triangles - up, triangles, triangles], axis=1)
 
 

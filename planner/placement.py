@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +13,39 @@ from planner.errors import PlanError
 from planner.fold_plan import MachineLimits
 from planner.net import Net
 
-__all__ = ["GAP_MM", "place_net", "sheet_extent"]
+if TYPE_CHECKING:
+    from shapely import Geometry
+
+__all__ = ["GAP_MM", "clamp_region", "frame_gap", "place_net", "sheet_extent"]
 
 GAP_MM = 5.0
 """Least distance between the net and the clamped frame of the sheet."""
 
+_STEEPEST_RAD = math.radians(80.0)
 _EXTRA_TURNS = 180
+
+
+def frame_gap(limits: MachineLimits) -> float:
+    """Distance between the net and the frame, mm: so large that the bars of the frame never hide a crease.
+
+    Light that leans by the angle a passes a bar of height h at the distance h tan a from its foot; the beam's
+    radius there comes on top. The light leans by the tilt of the rotary and, where it comes from one point,
+    by what the farthest corner of the work area adds.
+    """
+    lean = limits.max_tilt_rad
+    if limits.beam_source is not None:
+        x, y, z = limits.beam_source
+        lean += math.atan2(0.5 * math.hypot(*limits.work_area) + math.hypot(x, y), z)
+    height = limits.clamp_height
+    radius = limits.beam_radius + limits.beam_spread * height
+    return max(GAP_MM, height * math.tan(min(lean, _STEEPEST_RAD)) + radius)
+
+
+def clamp_region(limits: MachineLimits) -> Geometry:
+    """Shapely region under the clamps that reach over the sheet beside its frame; empty without any."""
+    import shapely
+
+    return shapely.union_all([shapely.make_valid(shapely.Polygon(points)) for points in limits.clamps])
 
 
 def place_net(net: Net, limits: MachineLimits, axis_rad: float | None = None) -> Net:
@@ -33,11 +61,12 @@ def place_net(net: Net, limits: MachineLimits, axis_rad: float | None = None) ->
         The same net with its vertices moved rigidly: no mirror, no scale.
 
     Raises:
-        PlanError: if the sheet is larger than the work area; the message names the largest size that fits.
+        PlanError: if the sheet is larger than the work area; the message names the largest size that fits. Or
+            if it would come to lie under a clamp.
     """
     points = net.vertices[np.unique(net.faces)]
     turns = _candidate_turns(points) if axis_rad is None else [-float(axis_rad)]
-    room = 2.0 * (GAP_MM + limits.frame_margin)
+    room = 2.0 * (frame_gap(limits) + limits.frame_margin)
     sizes = [np.ptp(points @ _turn(turn).T, axis=0) for turn in turns]
     fitting = [
         number
@@ -46,16 +75,38 @@ def place_net(net: Net, limits: MachineLimits, axis_rad: float | None = None) ->
     ]
     if not fitting:
         raise PlanError(_too_large(net, sizes, room, limits))
+    if limits.clamps:
+        fitting = [number for number in fitting if _beside_clamps(_moved(net, turns[number]), net, limits)]
+        if not fitting:
+            raise PlanError(
+                f"the net of {net.goal.name} comes within {frame_gap(limits):.3g} mm of a clamp that reaches "
+                "over the sheet, in every direction that was tried; make the part smaller with --size, or "
+                "move the clamps"
+            )
     best = min(fitting, key=lambda number: (round(float(sizes[number][1]), 6), number))
-    moved = net.vertices @ _turn(turns[best]).T
+    return replace(net, vertices=_moved(net, turns[best]))
+
+
+def _moved(net: Net, turn_rad: float) -> NDArray[np.float64]:
+    """(N, 2) vertices of ``net`` turned, its bounds centred on the origin."""
+    moved = net.vertices @ _turn(turn_rad).T
     used = moved[np.unique(net.faces)]
-    return replace(net, vertices=moved - 0.5 * (used.min(axis=0) + used.max(axis=0)))
+    centred: NDArray[np.float64] = moved - 0.5 * (used.min(axis=0) + used.max(axis=0))
+    return centred
+
+
+def _beside_clamps(vertices: NDArray[np.float64], net: Net, limits: MachineLimits) -> bool:
+    """True if the net with these vertices keeps clear of the clamps."""
+    import shapely
+
+    faces = shapely.polygons(vertices[net.faces])
+    return not shapely.dwithin(faces, clamp_region(limits), frame_gap(limits)).any()
 
 
 def sheet_extent(net: Net, limits: MachineLimits) -> NDArray[np.float64]:
     """(2, 2) lower and upper corner of the sheet around a placed net: its bounds, the gap and the frame."""
     points = net.vertices[np.unique(net.faces)]
-    border = GAP_MM + limits.frame_margin
+    border = frame_gap(limits) + limits.frame_margin
     return np.array([points.min(axis=0) - border, points.max(axis=0) + border])
 
 

@@ -44,6 +44,7 @@ _ANGLE_DECIMALS = 11  # degrees
 _SHARED_LIMITS = (
     "kerf", "axis_height", "lens_height", "beam_radius", "frame_margin", "depth_of_focus",
     "focus_travel", "bend_width", "neutral_shift", "relief_mm",
+    "clamp_height",
 )  # fmt: skip
 
 
@@ -161,6 +162,7 @@ def _record(plan: FoldPlan, hashes: Mapping[str, str]) -> PlanRecord:
         limits=r.LimitsRecord(
             work_area=(float(limits.work_area[0]), float(limits.work_area[1])),
             max_tilt=_degrees(limits.max_tilt_rad),
+            clamps=limits.clamps,
             **{key: float(getattr(limits, key)) for key in _SHARED_LIMITS},
         ),
         frame_faces=tuple(np.flatnonzero(sheet.frame_faces).tolist()),
@@ -211,6 +213,7 @@ def _plan(record: PlanRecord, net: Net) -> FoldPlan:
             clearance=record.clearance,
             max_tilt_rad=math.radians(record.limits.max_tilt),
             work_area=record.limits.work_area,
+            clamps=record.limits.clamps,
             **{key: getattr(record.limits, key) for key in _SHARED_LIMITS},
         )
     m = record.metrics
@@ -223,6 +226,7 @@ def _plan(record: PlanRecord, net: Net) -> FoldPlan:
             frame_faces=frame,
             tabs=tuple(Tab(t.edge, t.start, t.end) for t in record.tabs),
             rotary_axis=np.array(record.rotary.axis),
+            clamp_height=limits.clamp_height,
         ),
         limits=limits,
         steps=tuple(map(_step, record.steps)),

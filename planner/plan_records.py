@@ -146,6 +146,8 @@ class LimitsRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     bend_width: _NotNegative = 0.0
     neutral_shift: _NotNegative = 0.0
     relief_mm: _NotNegative = 0.0
+    clamp_height: _NotNegative = 0.0
+    clamps: tuple[tuple[_Point, ...], ...] = ()
 
 
 class PlanRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

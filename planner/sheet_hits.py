@@ -14,10 +14,11 @@ __all__ = ["sheet_hits", "sheet_solids"]
 
 
 def sheet_solids(sheet: Sheet, thickness: float) -> NDArray[np.float64]:
-    """(T, 12, 3) the substrate triangles as solids: prism, triangle, triangle."""
+    """(T, 12, 3) the substrate triangles as solids: prism, triangle, triangle; the frame with its bars."""
     flat = np.zeros((len(sheet.faces), 3, 3))
     flat[:, :, :2] = sheet.triangles
-    up = np.array([0.0, 0.0, 0.5 * thickness])
+    up = np.zeros((len(flat), 1, 3))
+    up[:, 0, 2] = np.where(sheet.frame_faces, max(0.5 * thickness, sheet.clamp_height), 0.5 * thickness)
     return np.concatenate([flat + up, flat - up, flat, flat], axis=1)
 
 

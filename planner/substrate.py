@@ -11,7 +11,7 @@ from planner.errors import PlanError
 from planner.fold_plan import MachineLimits, Sheet
 from planner.net import Net
 from planner.net_region import LEAST_KERF_MM, THREAD_SHARE, burnt, grown, rectangle
-from planner.placement import sheet_extent
+from planner.placement import clamp_region, sheet_extent
 from planner.triangulate import triangulate_polygons
 
 if TYPE_CHECKING:
@@ -33,7 +33,8 @@ def make_sheet(net: Net, limits: MachineLimits, along: Geometry | None = None) -
     """The sheet for a placed net, its substrate triangulated, tabs still to be chosen.
 
     The substrate is the rectangle around the net less the net and its kerf; threads narrower than a tenth of
-    the kerf count as melted. The clamped frame is a strip of ``limits.frame_margin`` all around.
+    the kerf count as melted. The clamped frame is a strip of ``limits.frame_margin`` all around, and what
+    lies under ``limits.clamps``.
 
     Args:
         net: the net, placed by ``place_net``.
@@ -43,6 +44,8 @@ def make_sheet(net: Net, limits: MachineLimits, along: Geometry | None = None) -
     Raises:
         PlanError: if the frame has no width.
     """
+    import shapely
+
     if limits.frame_margin <= 0.0:
         raise PlanError(
             f"frame_margin is {limits.frame_margin:g} mm: the rig needs a strip of the sheet to clamp, "
@@ -50,13 +53,15 @@ def make_sheet(net: Net, limits: MachineLimits, along: Geometry | None = None) -
         )
     outer = np.round(sheet_extent(net, limits), _DECIMALS)
     inner = np.round(outer + limits.frame_margin * np.array([[1.0], [-1.0]]), _DECIMALS)
-    strip = rectangle(outer).difference(rectangle(inner))
-    pieces = substrate_region(net, limits, rectangle(inner))
+    clamps = clamp_region(limits)
+    strip = rectangle(outer).difference(rectangle(inner).difference(clamps))
+    pieces = substrate_region(net, limits, rectangle(inner).difference(clamps))
+    clamped = [part for part in shapely.get_parts(strip).tolist() if part.geom_type == "Polygon"]
     longest = max(EDGE_MM, EDGE_SHARE * float(np.ptp(outer, axis=0).max()))
-    polygons = [strip, *pieces]
-    frame = np.arange(len(polygons)) == 0
+    polygons = [*clamped, *pieces]
+    frame = np.arange(len(polygons)) < len(clamped)
     if along is not None and not along.is_empty:
-        polygons, frame = _divided(polygons, along)
+        polygons, frame = _divided(polygons, len(clamped), along)
     vertices, faces, region = triangulate_polygons(polygons, longest)
     (x0, y0), (x1, y1) = outer.tolist()
     middle = 0.0 if y0 < 0.0 < y1 else 0.5 * (y0 + y1)
@@ -67,11 +72,14 @@ def make_sheet(net: Net, limits: MachineLimits, along: Geometry | None = None) -
         frame_faces=frame[region],
         tabs=(),
         rotary_axis=np.array([[x0, middle], [x1, middle]]),
+        clamp_height=limits.clamp_height,
     )
 
 
-def _divided(polygons: list[Geometry], along: Geometry) -> tuple[list[Geometry], NDArray[np.bool_]]:
-    """``polygons``, the first the frame, divided along borders, and which of the parts are of the frame."""
+def _divided(
+    polygons: list[Geometry], clamped: int, along: Geometry
+) -> tuple[list[Geometry], NDArray[np.bool_]]:
+    """``polygons``, the first of them the frame, divided along borders, and which parts are of the frame."""
     import shapely
 
     grid = 10.0**-_DECIMALS
@@ -85,7 +93,7 @@ def _divided(polygons: list[Geometry], along: Geometry) -> tuple[list[Geometry],
     for part, owner in sorted(zip(which.tolist(), polygon.tolist(), strict=True)):
         if parts[part].area > _CRUMB_MM2:
             out.append(shapely.normalize(parts[part]))
-            frame.append(owner == 0)
+            frame.append(owner < clamped)
     order = sorted(range(len(out)), key=lambda k: (not frame[k], -out[k].area, out[k].bounds))
     return [out[k] for k in order], np.array([frame[k] for k in order])
 

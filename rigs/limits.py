@@ -80,6 +80,8 @@ def machine_limits(rig: Rig, material: SheetMaterial, thickness_mm: float | None
         bend_width=rig.head.spot_mm,
         neutral_shift=material.neutral_share * thickness,
         relief_mm=relief_mm_for(rig.head.spot_mm, thickness),
+        clamp_height=rig.sheet.clamp_height_mm,
+        clamps=rig.sheet.clamp_polygons_mm,
     )
 
 

@@ -209,11 +209,13 @@ class SheetHolder(Profile, frozen=True, kw_only=True):
     Attributes:
         max_mm: largest sheet, x and y.
         frame_margin_mm: width of the clamped strip on all sides.
+        clamp_height_mm: how far the bars over that strip stand out of the sheet plane, on either side.
         thickness_mm: usual thickness.
         thickness_range_mm: what the clamps hold.
         material: usual material.
         clearance_mm: how far faces are set in from their edges when contact is tested.
-        clamp_polygons_mm: clamps that stand over the sheet, sheet coordinates.
+        clamp_polygons_mm: clamps that reach over the sheet farther in, as high as the bars; x along the
+            rotary axis, y across, from the middle of the work area.
         fiducials_mm: marks that tie sheet to machine, sheet coordinates.
     """
 
@@ -223,6 +225,7 @@ class SheetHolder(Profile, frozen=True, kw_only=True):
     thickness_range_mm: Span = (0.02, 1.0)
     material: str
     clearance_mm: float
+    clamp_height_mm: float = 0.0
     clamp_polygons_mm: tuple[tuple[Span, ...], ...] = ()
     fiducials_mm: tuple[Span, ...] = ()
 

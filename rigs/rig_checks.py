@@ -10,7 +10,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rigs.rig import Rig
 
-__all__ = ["mistakes"]
+__all__ = ["TALLEST_CLAMP_MM", "mistakes"]
+
+TALLEST_CLAMP_MM = 50.0
+"""Bars of a frame that stand out farther than this are taken for a slip of the pen."""
 
 
 def mistakes(rig: Rig) -> Iterator[str]:
@@ -177,7 +180,15 @@ def _sheet(rig: Rig) -> Iterator[str]:
                 f"$.sheet.max_mm[{i}]: a sheet of {size:g} mm leaves the work area at one of its "
                 f"sides; around rotary.axis_point_mm there are {room:g} mm in {name}"
             )
-    swing = math.hypot(depth / 2.0, rig.sheet.thickness_mm)
+    if not 0.0 <= rig.sheet.clamp_height_mm <= TALLEST_CLAMP_MM:
+        yield (
+            f"$.sheet.clamp_height_mm: the bars of the frame stand 0 to {TALLEST_CLAMP_MM:g} mm out of the "
+            f"sheet plane on either side, got {rig.sheet.clamp_height_mm:g}"
+        )
+    for number, clamp in enumerate(rig.sheet.clamp_polygons_mm):
+        if len(clamp) < 3:
+            yield f"$.sheet.clamp_polygons_mm[{number}]: a polygon has 3 corners or more, got {len(clamp)}"
+    swing = math.hypot(depth / 2.0, max(rig.sheet.thickness_mm, rig.sheet.clamp_height_mm))
     under = rig.rotary.axis_point_mm[2] - rig.clear.bed_z_mm
     if under <= swing:
         yield (

@@ -206,12 +206,22 @@ class _Writer:
             )
 
     def _prism(
-        self, parent: ET.Element, name: str, kind: str, outline: NDArray[np.float64], area: float
+        self,
+        parent: ET.Element,
+        name: str,
+        kind: str,
+        outline: NDArray[np.float64],
+        area: float,
+        half: float | None = None,
     ) -> ET.Element:
-        """Geom of the prism over ``outline`` (K, 2), in the frame of ``parent``; mass by ``area``."""
+        """Geom of the prism over ``outline`` (K, 2), in the frame of ``parent``; mass by ``area``.
+
+        Half its height is that of the sheet unless ``half`` says more.
+        """
+        half = self.half if half is None else half
         corners = np.zeros((2, len(outline), 3))
         corners[:, :, :2] = outline
-        corners[0, :, 2], corners[1, :, 2] = self.half, -self.half
+        corners[0, :, 2], corners[1, :, 2] = half, -half
         ET.SubElement(self.asset, "mesh", name=name, vertex=_numbers(corners))
         return ET.SubElement(
             parent, "geom",
@@ -277,7 +287,9 @@ class _Writer:
         play = max(plan.limits.clearance, plan.limits.thickness)
         for k, piece in enumerate(side.pieces):
             if piece.bent_at == KEPT:
-                self._prism(self.world, f"sheet_{k}", "sheet", piece.outline, _area(piece.outline))
+                bars = plan.sheet.frame_faces[list(piece.triangles)].all()
+                half = max(self.half, plan.sheet.clamp_height) if bars else self.half
+                self._prism(self.world, f"sheet_{k}", "sheet", piece.outline, _area(piece.outline), half)
                 continue
             body, origin = bent[piece.bent_at]
             centre = piece.outline.mean(axis=0)

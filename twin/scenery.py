@@ -65,6 +65,7 @@ def _fit(root: ET.Element, plan: FoldPlan) -> None:
     low, high = plan.sheet.outline.min(axis=0), plan.sheet.outline.max(axis=0)
     middle, half = (low + high) / 2.0, (high - low) / 2.0
     bar = max(plan.limits.frame_margin / 2.0, 1.0)
+    height = plan.sheet.clamp_height or 1.5  # nothing is said: drawn so, and not in the way
     part = {g.get("name"): g for g in root.iter("geom")}
 
     def place(name: str, **attributes: tuple[float, ...]) -> None:
@@ -72,10 +73,10 @@ def _fit(root: ET.Element, plan: FoldPlan) -> None:
             part[name].set(key, " ".join(repr(float(v)) for v in values))
 
     side = max(half[1] - 2.0 * bar, 0.5)
-    place("frame_x_min", pos=(low[0] + bar, middle[1], 0.0), size=(bar, side, 1.5))
-    place("frame_x_max", pos=(high[0] - bar, middle[1], 0.0), size=(bar, side, 1.5))
-    place("frame_y_min", pos=(middle[0], low[1] + bar, 0.0), size=(half[0], bar, 1.5))
-    place("frame_y_max", pos=(middle[0], high[1] - bar, 0.0), size=(half[0], bar, 1.5))
+    place("frame_x_min", pos=(low[0] + bar, middle[1], 0.0), size=(bar, side, height))
+    place("frame_x_max", pos=(high[0] - bar, middle[1], 0.0), size=(bar, side, height))
+    place("frame_y_min", pos=(middle[0], low[1] + bar, 0.0), size=(half[0], bar, height))
+    place("frame_y_max", pos=(middle[0], high[1] - bar, 0.0), size=(half[0], bar, height))
     place("chuck_min", fromto=(low[0] - 20.0, 0.0, 0.0, low[0], 0.0, 0.0))
     place("chuck_max", fromto=(high[0], 0.0, 0.0, high[0] + 20.0, 0.0, 0.0))
     depth, lens = plan.limits.axis_height, plan.limits.lens_height

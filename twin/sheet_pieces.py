@@ -47,7 +47,8 @@ def sheet_pieces(plan: FoldPlan) -> tuple[SheetPiece, ...]:
     """Merge the substrate triangles of ``plan`` to convex pieces, in a deterministic order.
 
     Triangles are merged only with triangles that the same step clips or bends, so that a clip is a matter of
-    switching whole pieces off. Source: Hertel and Mehlhorn 1983 (drop diagonals while corners stay convex).
+    switching whole pieces off, and those under the bars of the frame only with one another.
+    Source: Hertel and Mehlhorn 1983 (drop diagonals while corners stay convex).
     """
     count = len(plan.sheet.faces)
     gone, bent = np.full(count, KEPT), np.full(count, KEPT)
@@ -56,11 +57,14 @@ def sheet_pieces(plan: FoldPlan) -> tuple[SheetPiece, ...]:
             gone[list(step.faces)] = number
         elif isinstance(step, Bend):
             bent[list(step.faces)] = number
-    groups: dict[tuple[int, int], list[int]] = {}
+    groups: dict[tuple[int, int, bool], list[int]] = {}
+    frame = plan.sheet.frame_faces if plan.sheet.clamp_height > 0.0 else np.zeros(count, dtype=np.bool_)
     for triangle in range(count):
-        groups.setdefault((int(gone[triangle]), int(bent[triangle])), []).append(triangle)
+        groups.setdefault((int(gone[triangle]), int(bent[triangle]), bool(frame[triangle])), []).append(
+            triangle
+        )
     pieces: list[SheetPiece] = []
-    for (gone_at, bent_at), members in sorted(groups.items()):
+    for (gone_at, bent_at, _), members in sorted(groups.items()):
         for triangles, loop in _merge(plan.sheet.vertices, plan.sheet.faces, members):
             outline = _without_straight_corners(plan.sheet.vertices[loop])
             if len(outline) >= 3 and _width(outline) > _LEAST_WIDTH_MM:  # no slivers of rounding

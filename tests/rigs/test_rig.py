@@ -152,3 +152,19 @@ def test_beam_radius_grows_by_root_two_at_the_rayleigh_range() -> None:
     rayleigh = 3.141592653589793 * 0.05**2 / (1.5 * 1064e-6)
     assert rig.beam_radius_mm(rayleigh) == pytest.approx(0.05 * 2**0.5)
     assert rig.beam_radius_mm() == 0.05
+
+
+def test_bars_and_clamps_of_the_frame_go_into_the_limits_and_are_checked() -> None:
+    rig = load_rig("grbl-4axis")
+    corner = ((-200.0, 100.0), (-150.0, 100.0), (-150.0, 150.0))
+    held = msgspec.structs.replace(rig.sheet, clamp_height_mm=3.0, clamp_polygons_mm=(corner,))
+    limits = machine_limits(msgspec.structs.replace(rig, sheet=held), load_material("304"))
+    assert limits.clamp_height == 3.0
+    assert limits.clamps == (corner,)
+    for value in (-1.0, 80.0):
+        sheet = msgspec.structs.replace(rig.sheet, clamp_height_mm=value)
+        (line,) = mistakes(msgspec.structs.replace(rig, sheet=sheet))
+        assert line.startswith("$.sheet.clamp_height_mm: ")
+    sheet = msgspec.structs.replace(rig.sheet, clamp_polygons_mm=(corner[:2],))
+    (line,) = mistakes(msgspec.structs.replace(rig, sheet=sheet))
+    assert line.startswith("$.sheet.clamp_polygons_mm[0]: ")

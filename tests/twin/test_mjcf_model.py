@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import xml.etree.ElementTree as ET
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
@@ -219,6 +221,23 @@ def test_bent_substrate_has_a_hinge_that_lifts_it() -> None:
         mujoco.mj_kinematics(loaded.model, loaded.data)
         geom = loaded.piece_geom[np.flatnonzero(turn.moving_pieces)[0]]
         assert loaded.data.geom_xpos[geom, 2] > 0.5
+
+
+def test_the_bars_of_the_frame_are_solids_of_their_height() -> None:
+    net = breadth_first_net(box())
+    ring = ring_sheet(net)
+    assert ring.frame_faces.all()
+    for height, half in ((0.0, 0.05), (3.0, 3.0)):
+        plan = plan_of(net, [], replace(ring, clamp_height=height))
+        root = ET.fromstring(compile_model(plan).xml)  # noqa: S314 - made just now
+        meshes = [
+            mesh.get("vertex") for mesh in root.iter("mesh") if mesh.get("name", "").startswith("sheet_")
+        ]
+        assert len(meshes) >= 4
+        for text in meshes:
+            assert set(np.abs(np.array(text.split(), float).reshape(-1, 3)[:, 2])) == {half}
+        bars = [g.get("size").split() for g in root.iter("geom") if g.get("name", "").startswith("frame_")]
+        assert [float(size[2]) for size in bars] == [height or 1.5] * 4
 
 
 def test_gravity_and_machine_turn_against_the_rotary() -> None:
