@@ -64,7 +64,8 @@ def hold_base(
     """Choose the tabs of the base panel and the substrate that ties them to the frame.
 
     They are stretches of free edges of the panel. Where none of these can be had without metal that the folds
-    sweep, they are necks at corners of the panel, which cost the petals beside them their corners.
+    sweep, they are necks at corners of the panel, if these are strong enough or there is no free edge at all:
+    they cost the petals beside them their corners.
 
     Args:
         net: the placed net.
@@ -102,8 +103,8 @@ def hold_base(
         _, chosen, ways = min(found, key=lambda one: one[0])
         return _held(net, substrate, chosen, ways, swept, limits.kerf)
     at_corners = _hold_corners(net, substrate, limits, swept, stays_clear)
-    if at_corners is not None:
-        return at_corners
+    if at_corners is not None and (at_corners[1] or not places):
+        return at_corners[0]
     if not places:
         raise PlanError(
             f"the base face {net.base_face} has no free edge with sheet metal beside it, and at no corner of "
@@ -111,6 +112,8 @@ def hold_base(
         )
     ways = substrate.ways(0.0, swept)
     reaching = [p for p in places if all(t in ways.cost for t in p.contact)]
+    if not reaching and at_corners is not None:
+        return at_corners[0]
     if not reaching:
         raise PlanError(
             f"the sheet metal beside the base face {net.base_face} is enclosed by the net and reaches the "
@@ -128,8 +131,11 @@ def _hold_corners(
     limits: MachineLimits,
     swept: frozenset[int],
     stays_clear: Callable[[Neck], bool] | None,
-) -> Hold | None:
-    """Necks at corners of the base panel, the narrowest that are strong enough; None if there is no room."""
+) -> tuple[Hold, bool] | None:
+    """Necks at corners of the base panel, and whether they are strong enough; None if there is no room.
+
+    The narrowest that are strong enough are taken, or else the strongest.
+    """
     weight = limits.weight_n_mm2 * float(_areas(net).sum())
     best: tuple[float, list[Place], Ways] | None = None
     for width in CORNER_WIDTHS_MM:
@@ -152,7 +158,10 @@ def _hold_corners(
             best = (share, chosen, ways)
         if share * weight <= SAFE_NECK_SHARE:
             break
-    return None if best is None else _held(net, substrate, best[1], best[2], swept, limits.kerf)
+    if best is None:
+        return None
+    share, chosen, ways = best
+    return _held(net, substrate, chosen, ways, swept, limits.kerf), share * weight <= SAFE_NECK_SHARE
 
 
 def held_again(
