@@ -16,7 +16,7 @@ from planner.errors import NetError
 from planner.layout_arrays import graph_arrays
 from planner.net import Net, NetCertificate
 from planner.net_from_tree import net_from_tree
-from planner.overlap import overlapping_triangles
+from planner.overlap import overlapping_pairs
 
 __all__ = ["LEAST_TAB_EDGE_MM", "FlatLayout"]
 
@@ -145,7 +145,7 @@ class FlatLayout:
 
     def overlapping_pairs(self) -> NDArray[np.int64]:
         """(P, 2) overlapping face pairs, lower face first, in ascending order."""
-        return np.array(overlapping_triangles(self.corners), dtype=np.int64).reshape(-1, 2)
+        return overlapping_pairs(self.corners)
 
     def free_edges(self) -> int:
         """How many sides of the base panel that are long enough for a tab are not creases."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from planner._kernels import nb_kernels, restore_kernels
+from planner._kernels import nb_kernels, restore_kernels, search_kernels
 from planner._kernels.net_arrays import BLOCKED, BLOOMING, FROZEN, TESTED
 from planner.blooming_trees import BLOOMING_TREES, TreeGrower, TreeName, blooming_tree
 from planner.corner_tabs import CORNER_WIDTHS_MM, corner_tabs
@@ -130,7 +130,7 @@ def repair_tree(
         pairs[:found] = overlapping
         limit = int((DEFAULT_BUDGET_S if budget_s is None else budget_s) * WORK_PER_SECOND)
         stall = 500 + 2 * len(graph.goal.faces)
-        left = nb_kernels.search(arrays, tab_sides(layout), pairs, found, rng, stall, limit)
+        left = search_kernels.search(arrays, tab_sides(layout), pairs, found, rng, stall, limit)
         if left == 0:
             roomy = make_room(layout, seed)
             edits = restore(layout, tree, roomy, rounds=rounds_for(graph, rounds), seed=seed)

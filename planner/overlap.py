@@ -22,17 +22,23 @@ def overlapping_triangles(triangles: NDArray[np.float64]) -> list[tuple[int, int
     Args:
         triangles: (F, 3, 2) corners in mm.
     """
+    return [(one, other) for one, other in overlapping_pairs(triangles).tolist()]
+
+
+def overlapping_pairs(triangles: NDArray[np.float64]) -> NDArray[np.int64]:
+    """The same pairs as rows of an array (P, 2)."""
     corners = np.asarray(triangles, dtype=np.float64)
     faces = len(corners)
     if faces == 0:
-        return []
+        return np.empty((0, 2), dtype=np.int64)
     arrays = triangle_arrays(corners)
-    pairs = np.empty((4 * faces, 2), dtype=np.int64)
+    pairs = np.empty((16 * faces, 2), dtype=np.int64)
     found = all_overlaps(arrays, pairs, len(pairs))
     if found > len(pairs):
         pairs = np.empty((found, 2), dtype=np.int64)
         found = all_overlaps(arrays, pairs, len(pairs))
-    return sorted((min(a, b), max(a, b)) for a, b in pairs[:found].tolist())
+    pairs = np.sort(pairs[:found], axis=1)
+    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 
 
 def overlapping_faces(net: Net) -> list[tuple[int, int]]:

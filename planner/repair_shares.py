@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from planner._kernels import nb_kernels
+from planner._kernels import search_kernels
 from planner._kernels.net_arrays import BLOOMING, FROZEN
 from planner.dual_graph import DualGraph
 from planner.flat_layout import FlatLayout
@@ -71,7 +71,7 @@ def net_from_shares(
         pairs = np.zeros((2 * found + 4 * len(graph.goal.faces), 2), dtype=np.int64)
         pairs[:found] = layout.overlapping_pairs()
         rng = np.array([0x9E3779B97F4A7C15 ^ (seed + 1)], dtype=np.uint64)
-        nb_kernels.search(arrays, layout.outline, pairs, found, rng, 200, REPAIR_WORK)
+        search_kernels.search(arrays, layout.outline, pairs, found, rng, 200, REPAIR_WORK)
     if not len(layout.overlapping_pairs()):
         restore(layout, blooming, False, rounds=rounds_for(graph, None), seed=seed)
     layout = FlatLayout(graph, layout.tree, base)

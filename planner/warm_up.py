@@ -79,7 +79,7 @@ def warm_up(on_progress: Callable[[float, str], None] | None = None) -> None:
 
 def compile_net_kernels() -> None:
     """Call every kernel of nets once, on a tetrahedron."""
-    from planner._kernels import nb_kernels
+    from planner._kernels import search_kernels
     from planner._kernels.base_kernels import packed_paths
     from planner.blooming_trees import blooming_tree
     from planner.dual_graph import DualGraph
@@ -93,7 +93,7 @@ def compile_net_kernels() -> None:
     graph = DualGraph(GoalMesh(points, faces, "tetrahedron"))
     layout = FlatLayout(graph, blooming_tree(graph, 0), 0)
     pairs = np.zeros((4, 2), dtype=np.int64)
-    nb_kernels.search(layout.arrays, layout.outline, pairs, 0, np.ones(1, dtype=np.uint64), 1, 1)
+    search_kernels.search(layout.arrays, layout.outline, pairs, 0, np.ones(1, dtype=np.uint64), 1, 1)
     for cut in np.flatnonzero(layout.tree).tolist():
         for join in layout.joinable(cut).tolist():
             if layout.tree[cut] and layout.exchange(cut, join):
@@ -138,12 +138,13 @@ def _load_kernels() -> None:
         overlap_kernels,
         plan_kernels,
         restore_kernels,
+        search_kernels,
         tree_kernels,
         view_kernels,
     )
 
     del base_kernels, nb_kernels, net_kernels, no_good_kernels, overlap_kernels, plan_kernels, restore_kernels
-    del tree_kernels, view_kernels
+    del search_kernels, tree_kernels, view_kernels
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""Search kernels: spanning trees, room for a tab, tabu search for a tree without overlaps."""
+"""Kernels of trees and what they leave: spanning trees, paths, joining edges, room for a tab."""
 
 from __future__ import annotations
 
@@ -11,23 +11,18 @@ from numpy.typing import NDArray
 from planner._kernels.compiled import entry, inner
 from planner._kernels.net_arrays import (
     BLOCKED,
-    BLOOMING,
     CENTRE,
     CORNER,
     CREASE,
     FACES,
-    FROZEN,
     HOPS,
     MARK,
-    ORDER,
-    OUTLINE,
     PARENT,
     PART,
     RADIUS,
     SIDE,
     SIDES,
     SIZE,
-    TESTED,
     TREE,
     Floats,
     Ints,
@@ -49,18 +44,6 @@ TAB_WIDTH_MM = 2.0
 
 TAB_REACH_MM = 1.0
 """How far outside that stretch no other face may lie."""
-
-EDIT_COST = 0.3
-"""What an edit weighs against an overlap in the tabu search."""
-
-CHOICES = 8
-"""Creases tried per target, and edges tried per crease."""
-
-HEAVY, HEAVY_CHOICES = 256, 3
-"""Edges tried per crease where more faces than this hang on it."""
-
-WORST, SLACK = 1.0, 0.5
-"""Cost that an exchange in the tabu search may have, and by how much more after each round without success."""
 
 Seeds = NDArray[np.uint64]
 
@@ -201,58 +184,6 @@ def tree_path(s: NetArrays, a: int, b: int, path: Ints) -> int:
     return count
 
 
-@inner
-def _choose(s: NetArrays, edges: Ints, count: int, rng: Seeds) -> int:
-    """Drop the frozen edges, then bring up to CHOICES random ones to the front; returns how many those are."""
-    kept = 0
-    for i in range(count):
-        if s.edge[edges[i], FROZEN] == 0:
-            edges[kept] = edges[i]
-            kept += 1
-    few = min(kept, CHOICES)
-    for i in range(few):
-        j = i + draw(rng, kept - i)
-        edges[i], edges[j] = edges[j], edges[i]
-    return few
-
-
-@inner
-def _choose_light(s: NetArrays, edges: Ints, count: int, rng: Seeds, size: Ints) -> int:
-    """As ``_choose``, but each is the lighter of two, and light ones come first.
-
-    What hangs on a light crease is soon tested, and what that finds ends the tests of heavy ones early.
-    """
-    kept = 0
-    for i in range(count):
-        if s.edge[edges[i], FROZEN] == 0:
-            edges[kept] = edges[i]
-            kept += 1
-    few = min(kept, CHOICES)
-    for i in range(few):
-        j, k = i + draw(rng, kept - i), i + draw(rng, kept - i)
-        j = k if size[edges[k]] < size[edges[j]] else j
-        e = edges[j]
-        edges[j] = edges[i]
-        j = i
-        while j > 0 and size[edges[j - 1]] > size[e]:
-            edges[j] = edges[j - 1]
-            j -= 1
-        edges[j] = e
-    return few
-
-
-@inner
-def part_sizes(s: NetArrays, sub: Ints, size: Ints) -> None:
-    """Faces in the smaller part without each crease, into ``size`` (M,); ``sub`` (F,) is scratch."""
-    node = s.node
-    n = node.shape[1]
-    sub[:] = 1
-    for i in range(n - 1, 0, -1):
-        f = node[ORDER, i]
-        sub[node[PARENT, f]] += sub[f]
-        size[node[CREASE, f]] = min(sub[f], n - sub[f])
-
-
 @entry
 def joining_edges(s: NetArrays, joins: Ints) -> int:
     """Edges that would join the marked component to the rest again, into ``joins``; returns how many."""
@@ -282,66 +213,3 @@ def exchange_pairs(s: NetArrays, cut: int, join: int, pairs: Ints, found: int) -
     unmark(s)
     swap(s, cut, join)
     return found
-
-
-@entry
-def search(s: NetArrays, outline: Ints, pairs: Ints, found: int, rng: Seeds, stall: int, work: int) -> int:
-    """Tabu search by path-targeted exchanges until no pair overlaps and the base panel has a free side.
-
-    ``pairs`` holds the ``found`` overlapping pairs of the layout. Ends when ``stall`` rounds have not brought
-    fewer overlaps than ever, or ``number[TESTED]`` is beyond ``work``. Returns the pairs that are left, plus one if the
-    base panel has no free side.
-    """
-    edge = s.edge
-    tabu = np.zeros(len(edge), np.int64)
-    path = np.empty(len(edge) + 1, np.int64)
-    joins = np.empty(len(edge) + 1, np.int64)
-    sub = np.empty(s.node.shape[1], np.int64)
-    size = np.zeros(len(edge), np.int64)
-    part_sizes(s, sub, size)
-    free = free_edges(s, outline)
-    now, fewest, last = 0, found + 1, 0
-    while (found > 0 or free == 0) and now - last < stall and s.number[TESTED] <= work:
-        now += 1
-        if found == 0 or (free == 0 and draw(rng, 4) == 0):
-            count = len(outline)
-            for i in range(count):
-                path[i] = outline[i, 2]
-        else:
-            pick = draw(rng, found)
-            count = tree_path(s, pairs[pick, 0], pairs[pick, 1], path)
-        count = _choose_light(s, path, count, rng, size)
-        best, best_cut, best_join = WORST + SLACK * (now - last), np.int64(-1), np.int64(-1)
-        for i in range(count):
-            cut = path[i]
-            if tabu[cut] > now:
-                continue
-            component(s, cut)
-            old = 0
-            for k in range(found):
-                old += 1 if s.node[MARK, pairs[k, 0]] != s.node[MARK, pairs[k, 1]] else 0
-            few = _choose(s, joins, joining_edges(s, joins), rng)
-            if size[cut] > HEAVY:
-                few = min(few, HEAVY_CHOICES)
-            for k in range(few):
-                join = joins[k]
-                cost = EDIT_COST * (edge[cut, BLOOMING] - edge[join, BLOOMING]) - old
-                if free + edge[cut, OUTLINE] - edge[join, OUTLINE] == 0:
-                    cost += 2.0
-                if tabu[join] > now or cost >= best:
-                    continue
-                limit = math.floor(min(best - cost, 1e9))
-                hits = moved_overlaps(s, join, limit, s.entry, np.int64(0), np.int64(0))
-                if hits + cost < best and found - old + hits <= len(pairs):
-                    best, best_cut, best_join = hits + cost, cut, join
-            unmark(s)
-        if best_cut < 0:
-            continue
-        found = exchange_pairs(s, best_cut, best_join, pairs, found)
-        part_sizes(s, sub, size)
-        free = free_edges(s, outline)
-        if found < fewest:
-            fewest, last = found, now
-        tabu[best_cut] = now + 4 + draw(rng, 10)
-        tabu[best_join] = now + 4 + draw(rng, 10)
-    return found + (1 if free == 0 else 0)

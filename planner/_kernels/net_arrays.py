@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 
 # columns of NetArrays.real: corners (x, y each) in the face's frame and in the plane, side lengths, pose,
 # centroid, radius of the circle about the centroid, side of a grid cell (the same in every row)
-LOCAL, CORNER, SIDE, POSE, CENTRE, RADIUS, CELL, REALS = 0, 6, 12, 15, 19, 21, 22, 23
+CENTRE, RADIUS, CORNER, SIDE, POSE, LOCAL, CELL, REALS = 0, 2, 3, 9, 12, 16, 22, 24
 
 # rows of NetArrays.node: interior edge on each side (-1: boundary), the rooted tree (depth in folds, hops in
 # creases), 1 for the marked component, number of the last query, grid entries (first, used), the two

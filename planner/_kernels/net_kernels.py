@@ -190,18 +190,37 @@ def marked_face(s: NetArrays, join: int) -> Any:
 
 
 @inner
+def stride(count: int) -> Any:
+    """A step near the golden section of ``count`` that visits all of that many places, round and round."""
+    step = np.int64(count * 0.6180339887) | 1
+    while True:
+        a, b = np.int64(count), step
+        while b != 0:
+            a, b = b, a % b
+        if a == 1:
+            return step
+        step += 2
+
+
+@inner
 def moved_overlaps(s: NetArrays, join: int, limit: int, out: Ints, at: int, room: int) -> Any:
     """Overlapping pairs between the marked component, joined at ``join``, and the rest, up to ``limit``.
 
-    One more than ``limit`` stands for any number beyond it.
+    One more than ``limit`` stands for any number beyond it. Faces are taken from all over the component in turn, since
+    those that overlap lie together: so too many are soon found.
     The pairs are written to ``out[at:room]``. The faces that were tested are added to ``number[TESTED]``.
     """
     c, d, x, y = motion(s, join, marked_face(s, join))
     r = s.real
     t = len(r) - 1
     found = np.int64(0)
-    for i in range(s.number[SIZE]):
-        f = s.node[PART, i]
+    size = s.number[SIZE]
+    step, place = stride(size), np.int64(0)
+    for _ in range(size):
+        f = s.node[PART, place]
+        place += step
+        if place >= size:
+            place -= size
         for k in range(0, 6, 2):
             u, v = r[f, CORNER + k], r[f, CORNER + k + 1]
             r[t, CORNER + k], r[t, CORNER + k + 1] = c * u - d * v + x, d * u + c * v + y
@@ -220,10 +239,9 @@ def moved_overlaps(s: NetArrays, join: int, limit: int, out: Ints, at: int, room
     return found
 
 
-@entry
-def swap(s: NetArrays, cut: int, join: int) -> None:
-    """Replace crease ``cut`` by ``join`` without asking what it hits, and root the tree again."""
-    component(s, cut)
+@inner
+def move_part(s: NetArrays, join: int) -> None:
+    """Lay the marked component against the other face of edge ``join``."""
     mc, md, mx, my = motion(s, join, marked_face(s, join))
     for i in range(s.number[SIZE]):
         f = s.node[PART, i]
@@ -233,6 +251,13 @@ def swap(s: NetArrays, cut: int, join: int) -> None:
         size = math.sqrt(u * u + v * v)
         set_pose(s, f, u / size, v / size, mc * x - md * y + mx, md * x + mc * y + my)
         insert_face(s, f)
+
+
+@entry
+def swap(s: NetArrays, cut: int, join: int) -> None:
+    """Replace crease ``cut`` by ``join`` without asking what it hits, and root the tree again."""
+    component(s, cut)
+    move_part(s, join)
     unmark(s)
     s.edge[cut, TREE], s.edge[join, TREE] = 0, 1
     root_tree(s, s.number[BASE])

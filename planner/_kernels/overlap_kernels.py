@@ -73,7 +73,7 @@ def insert_face(s: NetArrays, face: int) -> None:
     at = s.node[FIRST, face]
     for x in range(x0, x1 + 1):
         for y in range(y0, y1 + 1):
-            bucket = ((x * 73856093) ^ (y * 19349663)) & mask
+            bucket = (x + 257 * y) & mask
             first = s.head[bucket]
             s.entry[at, 0], s.entry[at, 1], s.entry[at, 2], s.entry[at, 3] = first, -1, bucket, face
             if first >= 0:
@@ -111,7 +111,7 @@ def count_hits(s: NetArrays, i: int, limit: int, out: Ints, at: int, room: int) 
     found = 0
     for x in range(x0, x1 + 1):
         for y in range(y0, y1 + 1):
-            e = s.head[((x * 73856093) ^ (y * 19349663)) & mask]
+            e = s.head[(x + 257 * y) & mask]
             while e >= 0:
                 g = s.entry[e, 3]
                 e = s.entry[e, 0]

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from planner._kernels.compiled import entry, inner
-from planner._kernels.nb_kernels import Seeds, clear_tabs, draw, exchange_pairs, free_edges, search
+from planner._kernels.nb_kernels import Seeds, clear_tabs, draw, exchange_pairs, free_edges
 from planner._kernels.net_arrays import (
     BASE,
     BLOOMING,
@@ -32,8 +32,18 @@ from planner._kernels.net_arrays import (
     Ints,
     NetArrays,
 )
-from planner._kernels.net_kernels import component, motion, moved_overlaps, root_tree, set_pose, swap, unmark
+from planner._kernels.net_kernels import (
+    component,
+    motion,
+    moved_overlaps,
+    root_tree,
+    set_pose,
+    stride,
+    swap,
+    unmark,
+)
 from planner._kernels.overlap_kernels import cells, insert_face, remove_face, triangles_overlap
+from planner._kernels.search_kernels import search
 
 # rows of the scratch array of restoring: label of each face, faces and creases of a path, next cut allowed
 # from each place of the path on
@@ -53,8 +63,7 @@ STALL = 16
 def _walk(s: NetArrays, join: int, w: Ints) -> Any:
     """Faces and creases on the tree path between the faces of ``join``, in order; returns the creases.
 
-    Labels every face with the place on the path where it hangs: without crease i of the path, the faces
-    with labels up to i are on the side of the first face of ``join``, those beyond on that of the second.
+    Labels the faces of the path with their places on it, the others with -1 until ``_label_all``.
     """
     node = s.node
     a, b = s.edge[join, FACES], s.edge[join, FACES + 1]
@@ -82,11 +91,31 @@ def _walk(s: NetArrays, join: int, w: Ints) -> Any:
         w[LABEL, f] = -1
     for i in range(creases + 1):
         w[LABEL, w[NODES_OF, i]] = i
+    w[LABEL, faces] = top
+    return creases
+
+
+@inner
+def _label_all(s: NetArrays, w: Ints) -> None:
+    """Label every face with the place on the path where it hangs.
+
+    Without crease i of the path, the faces with labels up to i are on the side of the first face of ``join``,
+    those beyond on that of the second.
+    """
+    node = s.node
+    faces = node.shape[1]
     for i in range(faces):
         f = node[ORDER, i]
         if w[LABEL, f] < 0:
-            w[LABEL, f] = top if node[PARENT, f] < 0 else w[LABEL, node[PARENT, f]]
-    return creases
+            w[LABEL, f] = w[LABEL, faces] if node[PARENT, f] < 0 else w[LABEL, node[PARENT, f]]
+
+
+@inner
+def _label(s: NetArrays, w: Ints, f: int) -> Any:
+    """The label of one face, found by climbing to the path."""
+    while w[LABEL, f] < 0 and s.node[PARENT, f] >= 0:
+        f = s.node[PARENT, f]
+    return w[LABEL, f] if w[LABEL, f] >= 0 else w[LABEL, s.node.shape[1]]
 
 
 @inner
@@ -135,13 +164,14 @@ def _free_cut(s: NetArrays, join: int, count: int, w: Ints, witness: Ints) -> An
     c, d, x, y = motion(s, join, s.edge[join, FACES + 1])
     if witness[join, 0] >= 0:
         f, g = witness[join, 0], witness[join, 1]
-        low, high = w[LABEL, f], w[LABEL, g]
+        low, high = _label(s, w, f), _label(s, w, g)
         if w[NEXT, low] < high:
             _place(s, g, c, d, x, y)
             if _hits(s, f):
                 _forbid(w, low, high - 1)
                 if w[NEXT, 0] == count:
                     return -1
+    _label_all(s, w)
     last = 0
     for i in range(count):
         if w[NEXT, i] == i:
@@ -155,13 +185,11 @@ def _free_cut(s: NetArrays, join: int, count: int, w: Ints, witness: Ints) -> An
     if not second:
         c, d, x, y = motion(s, join, s.edge[join, FACES])
     mask, t = len(s.head) - 1, len(s.real) - 1
-    stride = np.int64(faces * 0.6180339887) | 1
-    while _gcd(stride, faces) != 1:
-        stride += 2
+    step = stride(faces)
     at = s.edge[join, FACES + (1 if second else 0)]
     for _ in range(faces):
         f = at
-        at += stride
+        at += step
         if at >= faces:
             at -= faces
         own = w[LABEL, f]
@@ -174,7 +202,7 @@ def _free_cut(s: NetArrays, join: int, count: int, w: Ints, witness: Ints) -> An
         x0, x1, y0, y1 = cells(s.real, t)
         for cx in range(x0, x1 + 1):
             for cy in range(y0, y1 + 1):
-                e = s.head[((cx * 73856093) ^ (cy * 19349663)) & mask]
+                e = s.head[(cx + 257 * cy) & mask]
                 while e >= 0:
                     g = s.entry[e, 3]
                     e = s.entry[e, 0]
@@ -189,14 +217,6 @@ def _free_cut(s: NetArrays, join: int, count: int, w: Ints, witness: Ints) -> An
                     if w[NEXT, 0] == count:
                         return -1
     return w[NEXT, 0]
-
-
-@inner
-def _gcd(a: int, b: int) -> Any:
-    """Greatest common divisor."""
-    while b != 0:
-        a, b = b, a % b
-    return a
 
 
 @entry
