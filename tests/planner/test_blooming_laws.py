@@ -126,7 +126,7 @@ def test_boundary_loops_handles_and_panels(goal: GoalMesh) -> None:
 
 def test_flat_panels_are_cut_where_there_is_no_other_net() -> None:
     """Every vertex of a waisted tube needs two cuts; with some bases no net with whole panels is found."""
-    goal = tube(5, 12, 7.0)
+    goal = tube(5, 20, 6.0)
     graph = DualGraph(goal)
     assert not any(nearly_blooming(graph, 0, tree=name).is_net for name in BLOOMING_TREES)
     net = make_net(goal, base_face=0)
