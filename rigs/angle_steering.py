@@ -94,6 +94,7 @@ class AngleSteering:
         tolerance_deg: deviation that needs no asking.
         told: called with every crease and its measured angle (rad).
         gain: running correction.
+        note: writes a record into the journal of the replay.
         readings: what was measured.
     """
 
@@ -104,6 +105,7 @@ class AngleSteering:
     tolerance_deg: float = 2.0
     told: Callable[[int, float], None] | None = None
     gain: Gain = field(default_factory=Gain)
+    note: Callable[..., None] | None = None
     readings: list[Reading] = field(default_factory=list)
     _groups: dict[int, list[list[int]]] = field(default_factory=dict, init=False)
     _angle: dict[int, float] = field(default_factory=dict, init=False)
@@ -171,6 +173,8 @@ class AngleSteering:
         for _ in range(_MOST_ROUNDS):
             sign = math.copysign(1.0, wanted - before)
             angle, sigma = self.measure(fold.crease, before + sign * predicted * self.gain.value)
+            if self.note is not None:
+                self.note("measured", step=fold.step, crease=fold.crease, deg=angle, sigma=sigma, passes=made)
             self.gain.learn(predicted, sign * (angle - before), sigma)
             missing = sign * (wanted - angle)
             most = made + max(3, len(groups))

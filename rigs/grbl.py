@@ -99,6 +99,7 @@ class Status:
         speed: current feed in units/min, power word ``s``.
         s: current power word.
         overrides: feed, rapid and power override in percent, when reported.
+        tells_power: the report has a power word.
     """
 
     state: str
@@ -109,6 +110,7 @@ class Status:
     speed: float = 0.0
     s: float = 0.0
     overrides: tuple[float, ...] | None = None
+    tells_power: bool = True
 
 
 def read_answer(line: bytes) -> Answer:
@@ -158,4 +160,5 @@ def read_status(text: str) -> Status | None:
         feed[0] if feed else 0.0,
         feed[1] if len(feed) > 1 else 0.0,
         values.get("Ov"),
+        len(feed) > 1,
     )

@@ -147,6 +147,8 @@ def replay(
             )  # fmt: skip
             run = _Run(controller, journal, mode, emulated, grace_s, ask, on_progress, watch, steering)
             controller.on_status = run.told_of(on_status)
+            if steering is not None:
+                steering.note = journal.write
             with _stop_signals():
                 run.guarded(lambda: run.all(blocks, home, lambda: _arm(confirm, plan, rig), marks))
     finally:
@@ -296,8 +298,18 @@ class _Run:
         def tell(status: Status) -> None:
             if on_status is not None:
                 on_status(status)
-            if self.watch is not None and self.block is not None:
-                self.watch.reports(status, self.controller.work_position(status), self._t())
+            block = self.block
+            if block is None:
+                return
+            place = self.controller.work_position(status)
+            if block.beam_s > 0.0 and self.mode == "arm":
+                self.journal.write(
+                    "status", block=block.index, state=status.state, f=status.speed,
+                    s=status.s if status.tells_power else None,
+                    at=[round(v, 3) for v in place.values()], t=self._t(),
+                )  # fmt: skip
+            if self.watch is not None:
+                self.watch.reports(status, place, self._t())
 
         return tell
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Protocol
 
 from rigs.grbl import Status
@@ -28,7 +28,13 @@ class Watch(Protocol):
 
 
 class Steering(Protocol):
-    """Says what is made in place of a block of the job."""
+    """Says what is made in place of a block of the job.
+
+    Attributes:
+        note: writes a record into the journal, as ``JournalWriter.write`` does; the replay sets it.
+    """
+
+    note: Callable[..., None] | None
 
     def blocks_for(self, block: ReplayBlock) -> Iterator[ReplayBlock]:
         """Blocks to send when ``block`` is due; each is asked for after the one before was confirmed."""

@@ -55,6 +55,8 @@ def shadow(
     )
     say(f"folded        {100.0 * values['fold_completion']:.1f} %")
     say(f"shape rms     {values['shape_rms_mm']:.3f} mm")
+    for words in values["unlike"][:8]:
+        say(f"differed      {words}")
     off = sorted(values["creases"], key=lambda row: -abs(row["angle_deg"] - row["plan_deg"]))
     for row in off[:8]:
         if abs(row["angle_deg"] - row["plan_deg"]) > 0.05:

@@ -136,8 +136,9 @@ def replay(
     measure: Annotated[
         str | None,
         Parameter(
-            metavar="typed|URL",
-            help="Measure each crease after its passes and make fewer or more: typed, or a gauge's port.",
+            metavar="typed|URL|FILE",
+            help="Measure each crease after its passes and make fewer or more: typed, the port of a gauge, "
+            "or a camera file (.toml).",
         ),
     ] = None,
     json: Json = False,
@@ -152,6 +153,7 @@ def replay(
 
         blossom replay out/bunny --port /dev/ttyUSB0 --frame
     """
+    from studio.gauges import is_virtual
     from studio.pipeline import replay_bundle
 
     if dry_run + frame + arm > 1:
@@ -159,7 +161,7 @@ def replay(
     mode: Literal["dry-run", "frame", "arm"] = "arm" if arm else "frame" if frame else "dry-run"
     if trace is not None and port != "emulator":
         raise UsageError("--trace is for --port emulator: a real machine keeps no trace, only the journal")
-    if measure is not None and measure.startswith("virtual") and port != "emulator":
+    if is_virtual(measure) and port != "emulator":
         raise UsageError("--measure virtual is for --port emulator: a real part has to be measured")
     summary = replay_bundle(
         bundle, port, mode, yes=yes, trace=trace, shadow=shadow, measure=measure,

@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Mapping, Sequence
+import contextlib
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studio.errors import UsageError
+from studio.gauges import gauge_of, workpiece_of
 from studio.workspace import Workspace
 
 if TYPE_CHECKING:
     from rigs.angle_steering import AngleSteering
-    from rigs.grbl import Status
     from rigs.job import Job
-    from rigs.measuring import Measure
-    from rigs.replay_blocks import ReplayBlock
     from rigs.watch import Watch
     from twin.shadow import Shadow
-    from twin.workpiece import Workpiece
 
-__all__ = ["Hardware", "hardware", "shadow_of_journal", "workpiece_of"]
-
-TYPED, VIRTUAL = "typed", "virtual"
-"""Ways to measure beside the URL of a gauge: a person types, or the emulated part tells its angle."""
+__all__ = ["Hardware", "hardware", "shadow_of_journal"]
 
 
 @dataclass(frozen=True)
@@ -32,7 +26,7 @@ class Hardware:
     """What looks at a replay and steers it.
 
     Attributes:
-        watch: shadow and virtual part, or None.
+        watch: the shadow, or None.
         steering: makes passes by measured angles, or None.
         shadow: the shadow alone, or None.
     """
@@ -46,11 +40,11 @@ class Hardware:
         out = []
         if self.shadow is not None:
             part = self.shadow.part
+            seen = self.shadow
             out.append(
-                f"shadow: {self.shadow.reports_seen} reports, at most {self.shadow.off_mm:.3f} mm "
-                "off the path, "
-                f"{max(self.shadow.late_s, 0.0):.1f} s late; folded {100.0 * part.completion():.1f} %, "
-                f"{part.shape_rms_mm():.2f} mm rms"
+                f"shadow: {seen.reports_seen} reports, at most {seen.off_mm:.3f} mm off the path, "
+                f"{max(seen.late_s, 0.0):.1f} s late, doses within {seen.dose_off:.1%}; "
+                f"folded {100.0 * part.completion():.1f} %, {part.shape_rms_mm():.2f} mm rms"
             )
         if self.steering is not None and self.steering.readings:
             made = sum(r.made for r in self.steering.readings)
@@ -63,66 +57,38 @@ class Hardware:
         return out
 
 
-class _Both:
-    """Several watches as one."""
-
-    def __init__(self, watches: Sequence[Watch]) -> None:
-        self.watches = watches
-
-    def begins(self, block: ReplayBlock, seconds: float, t: float) -> None:
-        for watch in self.watches:
-            watch.begins(block, seconds, t)
-
-    def reports(self, status: Status, place: Mapping[str, float], t: float) -> None:
-        for watch in self.watches:
-            watch.reports(status, place, t)
-
-    def confirmed(self, block: ReplayBlock, place: Mapping[str, float], t: float) -> None:
-        for watch in self.watches:
-            watch.confirmed(block, place, t)
-
-
-def workpiece_of(ws: Workspace, gain: float = 1.0) -> Workpiece:
-    """The flat part of a bundle."""
-    from twin.workpiece import Workpiece
-
-    return Workpiece(ws.plan, ws.process, ws.rig, ws.material, gain)
-
-
-def hardware(ws: Workspace, job: Job, *, shadow: bool, measure: str | None, lit: bool) -> Hardware:
-    """Set up what looks at a replay.
+@contextlib.contextmanager
+def hardware(
+    ws: Workspace, job: Job, *, shadow: bool, measure: str | None, lit: bool, trace: Path | None = None
+) -> Iterator[Hardware]:
+    """Set up what looks at a replay, while the block runs.
 
     Args:
         ws: the bundle.
         job: its job.
         shadow: the twin's shadow follows and stops the machine where it differs.
-        measure: ``typed``, ``virtual`` or ``virtual:GAIN`` (emulated machines only), or the URL of a gauge.
+        measure: how creases are measured; ``gauge_of`` says which ways there are.
         lit: the replay fires.
+        trace: file in which the emulated machine tells what it does, None for a real one.
 
     Raises:
         UsageError: if ``measure`` makes no sense here.
         MachineError: if the gauge does not answer.
+        ProfileError: if a camera file has a mistake.
     """
     from twin.shadow import Shadow
 
-    watches: list[Watch] = []
-    made: Shadow | None = None
-    if shadow:
-        made = Shadow(job, ws.rig, workpiece_of(ws), lit)
-        watches.append(made)
-    steering: AngleSteering | None = None
-    if measure is not None:
-        from rigs.angle_steering import AngleSteering
-        from twin.shadow import VirtualPart
+    with contextlib.ExitStack() as stack:
+        made = Shadow(job, ws.rig, workpiece_of(ws), lit, steered=measure is not None) if shadow else None
+        steering: AngleSteering | None = None
+        if measure is not None:
+            from rigs.angle_steering import AngleSteering
 
-        if not lit:
-            raise UsageError("--measure needs --arm: without light nothing folds")
-        gauge, part = _gauge(ws, measure)
-        if part is not None:
-            watches.append(VirtualPart(job, part))
-        steering = AngleSteering(job, ws.process, gauge, _accept(ws), told=_into(made))
-    watch: Watch | None = _Both(watches) if watches else None
-    return Hardware(watch, steering, made)
+            if not lit:
+                raise UsageError("--measure needs --arm: without light nothing folds")
+            gauge = gauge_of(ws, measure, trace, stack)
+            steering = AngleSteering(job, ws.process, gauge, _accept(ws), told=_into(made))
+        yield Hardware(made, steering, made)
 
 
 def _into(shadow: Shadow | None) -> Callable[[int, float], None]:
@@ -133,38 +99,6 @@ def _into(shadow: Shadow | None) -> Callable[[int, float], None]:
             shadow.part.angles_rad[crease] = angle_rad
 
     return tell
-
-
-def _gauge(ws: Workspace, measure: str) -> tuple[Measure, Workpiece | None]:
-    from rigs.measuring import SerialGauge, TypedGauge
-
-    if measure == TYPED:
-        if not sys.stdin.isatty():
-            raise UsageError("--measure typed needs a terminal on which angles can be typed")
-        return TypedGauge(_ask), None
-    name, _, text = measure.partition(":")
-    if name == VIRTUAL:
-        try:
-            gain = float(text) if text else 1.0
-        except ValueError:
-            gain = -1.0
-        if not 0.1 <= gain <= 5.0:
-            raise UsageError(f"--measure {measure}: expected virtual or virtual:GAIN, such as virtual:0.8")
-        part = workpiece_of(ws, gain)
-        return (lambda crease, _expected: (_degrees(part, crease), 0.2)), part
-    return SerialGauge(measure), None
-
-
-def _degrees(part: Workpiece, crease: int) -> float:
-    import math
-
-    return math.degrees(part.angles_rad.get(crease, 0.0))
-
-
-def _ask(question: str) -> str:
-    sys.stderr.write(question)
-    sys.stderr.flush()
-    return sys.stdin.readline()
 
 
 def _accept(ws: Workspace) -> Callable[[int, float], bool]:
@@ -198,17 +132,14 @@ def shadow_of_journal(ws: Workspace, path: Path) -> dict[str, Any]:
     from rigs.errors import JobError
     from rigs.job_file import read_job
     from rigs.journal import read_journal
+    from twin.journal_shadow import journal_shadow
 
     job = read_job(ws.path("job.json"), ws.path("job.gcode"))
     journal = read_journal(path)
     if journal.header.get("job_sha256") != job.sha256:
         raise JobError(f"{path}: the journal of another job")
-    part = workpiece_of(ws)
-    if journal.header.get("mode") == "arm":
-        for number in journal.done:
-            block = job.blocks[number]
-            if block.kind == "pass":
-                part.heat(block.path[0], block.path[-1], block.rotary_rad, block.power_w, block.speed_mm_s)
+    followed = journal_shadow(journal, job, ws.rig, workpiece_of(ws))
+    part = followed.part
     net = ws.plan.net
     rows = [
         {
@@ -230,5 +161,9 @@ def shadow_of_journal(ws: Workspace, path: Path) -> dict[str, Any]:
         "blocks": len(journal.done),
         "fold_completion": part.completion(),
         "shape_rms_mm": part.shape_rms_mm(),
+        "reports": followed.reports_seen,
+        "off_mm": round(followed.off_mm, 4),
+        "dose_off": round(followed.dose_off, 4),
+        "unlike": followed.unlike,
         "creases": rows,
     }

@@ -5,12 +5,14 @@ from __future__ import annotations
 import contextlib
 import difflib
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from studio.bundle_summary import validation_values
 from studio.errors import UsageError
+from studio.gauges import is_virtual
 from studio.hardware_stage import hardware
 from studio.workspace import RIG_FILE, Workspace
 
@@ -51,7 +53,7 @@ def replay_stage(
         confirm: asked before a real machine fires, and where the job needs a person.
         trace: file for what the emulated machine did.
         shadow: the twin follows and stops the machine where it differs.
-        measure: how creases are measured after their passes, see ``hardware``.
+        measure: how creases are measured after their passes, see ``studio.gauges``.
 
     Raises:
         BundleError: if the bundle has no job.
@@ -63,9 +65,17 @@ def replay_stage(
 
     ws.manifest.sha256_of("job.gcode")
     job = read_job(ws.path("job.json"), ws.path("job.gcode"))
-    beside = hardware(ws, job, shadow=shadow, measure=measure, lit=mode == "arm")
+    if shadow and mode == "frame":
+        raise UsageError("--shadow follows a job: --frame only traces its outline")
     journal = next_journal(ws)
-    with machine_of(ws, port, trace) as url, ws.progress.stage("replay", f"{mode} on {port}"):
+    with contextlib.ExitStack() as stack:
+        if trace is None and is_virtual(measure) and port == EMULATOR:
+            trace = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "trace.jsonl"
+        url = stack.enter_context(machine_of(ws, port, trace))
+        beside = stack.enter_context(
+            hardware(ws, job, shadow=shadow, measure=measure, lit=mode == "arm", trace=trace)
+        )
+        stack.enter_context(ws.progress.stage("replay", f"{mode} on {port}"))
         done = replay(
             job, url, rig=ws.rig, journal_path=journal, mode=mode, certificate=certificate_of(ws),
             confirm=confirm, ask=confirm, on_progress=told(ws), watch=beside.watch, steering=beside.steering,

@@ -46,7 +46,7 @@ def main(arguments: list[str] | None = None) -> int:
             {int(key): float(value) for key, _, value in (text.partition("=") for text in options.set)}
         )
         faults, timed = read_faults(options.fault), timed_faults(options.fault)
-        trace = Trace(options.trace.open("w", encoding="ascii") if options.trace else None)
+        trace = Trace(options.trace.open("w", encoding="ascii", buffering=1) if options.trace else None)
         listener = socket.create_server(("127.0.0.1", options.port))
     except (RigError, OSError, ValueError) as error:
         sys.stderr.write(f"emulator: {error}\n")

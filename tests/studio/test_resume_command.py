@@ -147,6 +147,27 @@ def test_the_trace_of_the_emulated_machine_is_the_job(bundle, tmp_path, capsys):
     assert main(["replay", str(bundle), "--port", "/dev/x", "--trace", "t", "-q"]) == 2
 
 
+def test_a_camera_on_pictures_of_the_emulated_part(bundle, capsys):
+    """Its readings, of rendered pictures, bring a part that bends differently to its shape."""
+    pytest.importorskip("cv2")
+    words = ["replay", str(bundle), "--port", "emulator", "--arm", "-q", "--json"]
+    assert main([*words, "--measure", "virtual-camera:0.85"]) == 0
+    assert "a pass is worth 0.8" in json.loads(capsys.readouterr().out)["replay"]
+    assert main(["shadow", str(bundle), "--json"]) == 0
+    values = json.loads(capsys.readouterr().out)
+    assert all(abs(row["angle_deg"] - row["plan_deg"]) < 3.0 for row in values["creases"])
+
+
+def test_a_camera_file_that_is_missing_or_wrong(bundle, capsys, tmp_path):
+    words = ["replay", str(bundle), "--port", "emulator", "--arm", "-q", "--measure"]
+    assert main([*words, str(tmp_path / "none.toml")]) == 2
+    (tmp_path / "camera.toml").write_text("schema = 1\n[camera]\nsource = 3\n")
+    assert main([*words, str(tmp_path / "camera.toml")]) == 2
+    assert "$.camera.source" in capsys.readouterr().err
+    assert main(["replay", str(bundle), "--port", "emulator", "--frame", "--shadow", "-q"]) == 2
+    assert not list(bundle.glob("journal-*"))
+
+
 def test_shadow_and_measured_passes(bundle, capsys):
     """A part that bends a fifth less than the model: measured, it gets more passes and its goal shape."""
     replay = ["replay", str(bundle), "--port", "emulator", "--arm", "--shadow", "-q", "--json"]
@@ -168,6 +189,9 @@ def test_shadow_and_measured_passes(bundle, capsys):
     "words",
     [
         ["--measure", "virtual:x", "--arm"],
+        ["--measure", "virtual-camera:0", "--arm"],
+        ["--measure", "/dev/none@7", "--arm"],
+        ["--measure", "none.toml"],
         ["--measure", "virtual"],
         ["--measure", "typed", "--arm"],
         ["--measure", "virtual:9", "--arm"],
