@@ -1,4 +1,4 @@
-"""The twin beside the machine: the virtual part, the shadow that stops it, passes by measured angles."""
+"""The twin beside the machine: the virtual part, and the shadow that stops what differs from the job."""
 
 from __future__ import annotations
 
@@ -7,45 +7,26 @@ import re
 import socket
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
-from rigs.angle_steering import AngleSteering, Gain
-from rigs.emulator import start_emulator
-from rigs.errors import JobError, MachineError
+from rigs.angle_steering import AngleSteering
+from rigs.errors import MachineError
 from rigs.grbl import Status
-from rigs.job import Job
-from rigs.journal import read_journal
-from rigs.material import load_material
 from rigs.measuring import SerialGauge
-from rigs.replay import replay
 from rigs.replay_blocks import replay_job
 from tests.rigs.made_jobs import made
 from tests.twin.bench_replay import bench_replay
+from tests.twin.star_replay import STEEL, heat_all, made_star, part_of, run
 from twin.gauge_port import gauge_port
 from twin.journal_shadow import journal_shadow
 from twin.shadow import Shadow, VirtualPart
 from twin.traced_part import TracedPart
 from twin.workpiece import Workpiece
 
-STEEL = load_material("304")
-
 
 @pytest.fixture(scope="module")
 def star():
-    plan, process, rig, job = made("star")
-    return plan, process, rig, job
-
-
-def part_of(star, gain: float = 1.0, **more) -> Workpiece:
-    plan, process, rig, _ = star
-    return Workpiece(plan, process, rig, STEEL, gain, **more)
-
-
-def heat_all(part: Workpiece, job: Job) -> None:
-    for block in job.blocks:
-        if block.kind == "pass":
-            part.heat(block.path[0], block.path[-1], block.rotary_rad, block.power_w, block.speed_mm_s)
+    return made_star()
 
 
 @pytest.mark.parametrize("tilt", [0.0, 20.0])
@@ -82,15 +63,6 @@ def test_cuts_and_strokes_elsewhere_fold_nothing(star):
     assert not part.angles_rad
     assert part.heat((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 0.0, 5.0, 50.0).crease == -1
     assert part.heat((200.0, 150.0, 0.0), (201.0, 150.0, 0.0), math.pi / 2, 5.0, 50.0).crease == -1
-
-
-def run(star, tmp_path, *, watch=None, steering=None, mode="arm", faults=(), settings=None):
-    _, _, rig, job = star
-    with start_emulator(faults=list(faults), settings=settings) as machine:
-        return replay(
-            job, machine.url, rig=rig, journal_path=tmp_path / "journal.jsonl", mode=mode, watch=watch,
-            steering=steering,
-        )  # fmt: skip
 
 
 def test_the_shadow_of_a_good_run_sees_the_plan(star, tmp_path):
@@ -317,93 +289,3 @@ def test_the_gauge_on_the_port_measures_the_traced_part(star, tmp_path):
             for question, answer in ((b"A\n", b"180.0000\n"), (b"hello\n", b"ERR\n"), (b"Mx\n", b"ERR\n")):
                 link.sendall(question)
                 assert link.recv(64) == answer
-
-
-# Angles
-
-
-@pytest.mark.parametrize("gain", [0.7, 0.8, 1.0, 1.25])
-def test_measuring_ends_within_a_pass_of_the_plan(star, tmp_path, gain):
-    """A part that bends by another factor than the model: within a pass with measuring, far off without."""
-    _, process, _, job = star
-    blind = part_of(star, gain)
-    heat_all(blind, job)
-    part = part_of(star, gain)
-    steering = AngleSteering(
-        job, process, lambda crease, _: (math.degrees(part.angles_rad.get(crease, 0.0)), 0.1), lambda *_: True
-    )
-    assert run(star, tmp_path, watch=VirtualPart(job, part), steering=steering).outcome == "complete"
-    for fold in process.folds:
-        one_pass = max(abs(x) for x in fold.increments_rad) * max(gain, 1.0)
-        assert abs(part.angles_rad[fold.crease] - fold.to_rad) <= 1.01 * one_pass
-        if abs(gain - 1.0) > 0.15:
-            assert abs(blind.angles_rad[fold.crease] - fold.to_rad) > 3.0 * one_pass
-    assert steering.gain.value == pytest.approx(gain, abs=0.05)
-    assert len(steering.readings) == len(process.folds)
-
-
-def test_38_where_45_were_expected_makes_more_passes(star):
-    """T22: a gauge that reads less gives further passes of the same setting."""
-    _, process, _, job = star
-    fold = process.folds[0]
-    last = [k for k, b in enumerate(job.blocks) if b.step == fold.step and b.kind == "pass"][-1]
-    readings = iter([38.0 / 45.0, 0.97, 1.0, 1.0])
-    steering = AngleSteering(
-        job, process, lambda *_: (math.degrees(fold.to_rad) * next(readings), 0.1), lambda *_: True,
-        gain=Gain(1.0, 1e-6),
-    )  # fmt: skip
-    plan = replay_job(job)
-    sent = [b for k in range(last + 1) for b in steering.blocks_for(plan.blocks[k + 1])]
-    passes = [b for b in sent if b.kind == "pass" and b.step == fold.step]
-    assert len(passes) > fold.passes
-    lines = {b.lines for b in passes}
-    assert lines <= {plan.blocks[k + 1].lines for k in range(last + 1)}  # nothing that was not validated
-
-
-@pytest.mark.parametrize("accepts", [True, False])
-def test_beyond_tolerance_the_rest_of_the_plan_is_checked(star, tmp_path, accepts):
-    _, process, _, job = star
-    part = part_of(star, 3.0)  # nothing takes an overshoot back
-    asked: list[tuple[int, float]] = []
-
-    def accept(step: int, angle: float) -> bool:
-        asked.append((step, angle))
-        return accepts
-
-    steering = AngleSteering(
-        job, process, lambda crease, _: (math.degrees(part.angles_rad.get(crease, 0.0)), 0.1), accept
-    )
-    if accepts:
-        assert run(star, tmp_path, watch=VirtualPart(job, part), steering=steering).outcome == "complete"
-    else:
-        with pytest.raises(JobError, match="does not hold"):
-            run(star, tmp_path, watch=VirtualPart(job, part), steering=steering)
-        assert read_journal(tmp_path / "journal.jsonl").outcome == "stopped"
-    assert asked
-
-
-def test_the_gain_learns_within_limits():
-    gain = Gain()
-    for _ in range(50):
-        gain.learn(40.0, 32.0, 0.3)
-    assert gain.value == pytest.approx(0.8, abs=1e-3) and gain.at_most < 0.9
-    wild = Gain()
-    for _ in range(20):
-        wild.learn(40.0, 4000.0, 0.3)
-    assert wild.value <= 2.5
-    small = Gain()
-    small.learn(0.2, 5.0, 0.3)
-    assert small.value == 1.0
-
-
-def test_random_gains_of_creases_average_out(star, tmp_path):
-    _, process, _, job = star
-    rng = np.random.default_rng(3)
-    gains = {f.crease: float(rng.normal(0.9, 0.05)) for f in process.folds}
-    part = part_of(star, 0.9, gains=gains)
-    steering = AngleSteering(
-        job, process, lambda crease, _: (math.degrees(part.angles_rad.get(crease, 0.0)), 0.2), lambda *_: True
-    )
-    run(star, tmp_path, watch=VirtualPart(job, part), steering=steering)
-    worst = max(abs(part.angles_rad[f.crease] - f.to_rad) for f in process.folds)
-    assert worst <= 1.5 * max(abs(x) for f in process.folds for x in f.increments_rad)
