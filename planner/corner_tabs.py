@@ -37,6 +37,7 @@ LEAST_GAP_RAD = math.radians(4.0)
 _LEAST_ANGLE_RAD = math.radians(25.0)  # between the neck and a side of the base panel, and the way back
 _BACK = 1.1 / math.tan(_LEAST_ANGLE_RAD)  # of half the width: how far the sides reach back beside the corner
 _SAME_MM = 1e-6
+_BEHIND_MM = 0.01
 
 
 def is_corner_tab(net: Net, tab: Tab) -> bool:
@@ -114,8 +115,12 @@ class Neck:
         across = np.array([-self.outward[1], self.outward[0]])
         lines = []
         for side in (-half, half):
-            start = self.corner + side * across - self.back_mm * self.outward
-            end = self.corner + side * across + (self.reach_mm + 2.0 * self.kerf_mm) * self.outward
+            middle = self.corner + side * across
+            start = middle - self.back_mm * self.outward
+            end = middle + (self.reach_mm + 2.0 * self.kerf_mm) * self.outward
+            inside = shapely.get_coordinates(shapely.LineString([start, end]).intersection(self.panel))
+            if len(inside):  # from where it leaves the panel for the last time
+                start = middle + float(((inside - middle) @ self.outward).max()) * self.outward
             parts = shapely.get_parts(shapely.LineString([start, end]).intersection(region))
             lines += [part for part in parts.tolist() if part.geom_type == "LineString"]
         return shapely.MultiLineString(lines)
@@ -153,8 +158,9 @@ class Neck:
 def neck_of(net: Net, tab: Tab, kerf_mm: float) -> Neck | None:
     """The neck of a corner tab; None if it does not lie free between petals.
 
-    It is free if within ``LONGEST_MM`` it leaves all faces behind, if only faces with a corner there are in
-    its way, and if of no crease that ends there more than ``CREASE_SHARE`` is lost.
+    It is free if it runs straight out of the base panel, if within ``LONGEST_MM`` it leaves all faces behind,
+    if only faces with a corner there are in its way, and if of no crease that ends there more than
+    ``CREASE_SHARE`` is lost.
     """
     import shapely
 
@@ -162,6 +168,10 @@ def neck_of(net: Net, tab: Tab, kerf_mm: float) -> Neck | None:
     corner, outward = 0.5 * (np.array(tab.start) + tab.end), _outward(tab)
     half = 0.5 * math.dist(tab.start, tab.end) + kerf
     flat = net.vertices[net.faces]
+    panel = set(net.base_panel.tolist())
+    behind = shapely.Point(corner - _BEHIND_MM * outward)
+    if not shapely.dwithin(shapely.polygons(flat[sorted(panel)]), behind, _SAME_MM).any():
+        return None
     touches = (np.linalg.norm(flat - corner, axis=2) < 1e-5).any(axis=1)
     others = np.ones(len(flat), dtype=np.bool_)
     others[net.base_panel] = False
@@ -178,7 +188,6 @@ def neck_of(net: Net, tab: Tab, kerf_mm: float) -> Neck | None:
     strange = np.flatnonzero(others & ~touches)
     if len(strange) and shapely.intersects(shapely.polygons(flat[strange]), needed).any():
         return None
-    panel = set(net.base_panel.tolist())
     fan = tuple(f for f in np.flatnonzero(touches).tolist() if f not in panel)
     for crease, child in net.child_of.items():
         if child in panel:

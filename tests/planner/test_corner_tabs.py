@@ -16,6 +16,7 @@ from planner.fold_problem import FoldProblem
 from planner.held_check import check_held
 from planner.holding import hold_base
 from planner.insets import edge_insets
+from planner.metal_pieces import incentres, metal_left, piece_of
 from planner.neck_contact import neck_bodies, petal_rests, stays_clear
 from planner.placement import place_net
 from planner.plan_on_sheet import fold_on_sheet, plan_on_sheet, tree_of_net
@@ -170,3 +171,24 @@ def test_a_plan_around_a_base_with_petals_on_all_sides_is_whole():
     assert all(is_corner_tab(plan.net, tab) for tab in plan.sheet.tabs)
     assert plan.metrics.fold_completion > 0.8
     assert any("2 necks 0.6 mm wide" in notice for notice in plan.notices)
+
+
+@pytest.mark.parametrize("base", range(12))
+def test_any_single_neck_holds_the_base_until_the_release(base):
+    """From every face of the box as base: one neck joins it to the sheet, and its release parts them."""
+    net = place_net(cross_net(base=base), LIMITS)
+    for neck in corner_tabs(net, LIMITS, 0.6):
+        assert neck.panel.contains(shapely.Point(neck.corner - 0.01 * neck.outward))
+        contour, later = split_at_tabs(net, contour_lines(net, LIMITS.kerf), [neck.tab], LIMITS.kerf)
+        outline = shapely.box(-80.0, -80.0, 80.0, 80.0)
+        spots = incentres(np.concatenate([net.vertices[net.faces], [[[79, 79], [78, 79], [79, 78]]]]))
+        for cuts, joined in ((contour, True), (shapely.union_all([contour, later]), False)):
+            pieces = shapely.get_parts(metal_left(outline, cuts, (), LIMITS.kerf))
+            where = piece_of(pieces, spots)
+            assert (where[:-1] == where[0]).all()  # the part stays in one piece
+            assert (where[0] == where[-1]) == joined
+
+
+def test_no_neck_starts_where_the_base_takes_up_only_one_side_of_it():
+    net = place_net(cross_net(base=7), LIMITS)  # a petal: the bottom of the box lies behind
+    assert corner_tabs(net, LIMITS, 0.6) == []
