@@ -3,49 +3,30 @@
 from __future__ import annotations
 
 import contextlib
+import math
+import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 
 from rigs.errors import MachineError
 from rigs.gate import Gate
 from rigs.grbl import Answer, Status, alarm_text, error_text, read_answer, read_status
+from rigs.identity import Identity
 from rigs.link import Link
+from rigs.replay_blocks import light_of
 from rigs.rig import Rig
 
-__all__ = ["Controller", "Identity"]
+__all__ = ["LATE_S", "Controller"]
 
 _HELLO_S = 5.0
 _QUIET_S = 0.05
 _HOMING_S = 180.0
 _IDLE_S = 2.0
+_LOOK_S = 0.05
+_MOST_ANSWERS = 10_000
 
-
-@dataclass
-class Identity:
-    """What the controller says about itself.
-
-    Attributes:
-        info: lines of ``$I``; ``settings`` of ``$$``; ``offsets`` lines of ``$#``; ``modes`` line of ``$G``.
-    """
-
-    info: tuple[str, ...] = ()
-    settings: dict[str, float] = field(default_factory=dict)
-    offsets: tuple[str, ...] = ()
-    modes: tuple[str, ...] = ()
-
-    @property
-    def emulated(self) -> bool:
-        """True when ``$I`` carries the mark of the emulator."""
-        return any(line.startswith("[VER:") and line.endswith(":EMULATED]") for line in self.info)
-
-    def offset(self, name: str) -> tuple[float, ...]:
-        """An offset of ``$#`` such as ``G54``; empty when it is missing."""
-        for line in self.offsets:
-            if line.startswith(f"[{name}:"):
-                with contextlib.suppress(ValueError):
-                    return tuple(float(v) for v in line[len(name) + 2 : -1].split(","))
-        return ()
+LATE_S = 0.45
+"""Light that is not confirmed off this long after its planned end is stopped."""
 
 
 class Controller:
@@ -56,7 +37,11 @@ class Controller:
         rig: the machine as it should be.
         offset: work offset that the controller reports.
         status: the last status report.
+        heard: when the last line came from the controller, on the monotonic clock.
+        in_job: True from the first block on: a restart or an alarm then means that the position is lost.
         on_status: called with every status report, for a shadow or a log.
+        on_look: called whenever the controller is listened to.
+        stop: when it is set, from any thread, the job is stopped.
     """
 
     def __init__(self, link: Link, rig: Rig, on_status: Callable[[Status], None] | None = None) -> None:
@@ -66,7 +51,12 @@ class Controller:
         self.offset: tuple[float, ...] = ()
         self.status: Status | None = None
         self.on_status = on_status
+        self.on_look: Callable[[], None] | None = None
+        self.stop: threading.Event | None = None
+        self.heard = time.monotonic()
+        self.in_job = False
         self._running = False
+        self._s_most = math.inf
 
     def hello(self) -> Status:
         """Wait until the controller answers ``?``; a board that resets on opening takes its time.
@@ -79,15 +69,40 @@ class Controller:
             self.gate.ask_status()
             until = time.monotonic() + 0.5
             while (left := until - time.monotonic()) > 0.0:
-                line = self.link.read_line(left)
+                line = self._read(left)
                 if line is not None and self._note(read_answer(line)) == "status" and self.status:
-                    while self.link.read_line(_QUIET_S) is not None:
-                        pass  # greetings, and answers to nothing that was asked
+                    self.swallow(deadline)
                     return self.status
         raise MachineError(
             f"{self.link.url}: nothing answers '?' within {_HELLO_S:g} s: switched on, right port, "
             f"{self.rig.controller.baud} baud? (after a limit alarm a controller is mute until it is reset)"
         )
+
+    def swallow(self, deadline: float) -> None:
+        """Read greetings, and answers to nothing that was asked, until it is quiet."""
+        while time.monotonic() < deadline and self._read(_QUIET_S) is not None:
+            pass
+
+    def darken(self) -> None:
+        """Switch the light off before anything else; a controller that shows light at rest is reset.
+
+        A Grbl that was left in M3 shines on at standstill and says so only by the power word of its status.
+
+        Raises:
+            MachineError: if it still shows light afterwards.
+        """
+        self.gate.dark()
+        self._answered(self.rig.safety.status_lost_s)
+        status = self.ask_status()
+        if status.s > 0.0 and status.state in ("Idle", "Alarm", "Check"):
+            self.gate.reset()
+            self.swallow(time.monotonic() + _HELLO_S)
+            status = self.ask_status()
+            if status.s > 0.0:
+                raise MachineError(
+                    f"{self.link.url}: the controller shows power S{status.s:g} at rest, after M5 and a "
+                    "reset: switch the laser off by hand"
+                )
 
     def identify(self) -> Identity:
         """Ask ``$I $$ $# $G``."""
@@ -109,6 +124,9 @@ class Controller:
     def run(self, lines: Sequence[str], seconds: float, grace_s: float) -> None:
         """Send lines in one write and wait until each is answered ``ok``.
 
+        Light must be confirmed off within the planned time and ``LATE_S``, whatever ``grace_s`` says; a feed
+        word that arrived damaged would burn for longer than planned.
+
         Args:
             lines: the last one must be answered only when the motion has ended (``M5`` after light, ``G4``).
             seconds: how long the lines should take.
@@ -117,12 +135,31 @@ class Controller:
         Raises:
             MachineError: on errors, alarms, resets, silence and a vanished port.
         """
+        dark_at, light_s, self._s_most = light_of(lines, seconds)
+        self.hear_out()
+        self._obey()
         self._running = True
         try:
             count = self.gate.send(lines)
-            self._collect(count, patience_s=1.25 * seconds + grace_s, lines=lines)
+            due = (dark_at, light_s + LATE_S) if dark_at else None
+            self._collect(count, patience_s=1.1 * seconds + grace_s, lines=lines, due=due)
         finally:
             self._running = False
+            self._s_most = math.inf
+
+    def hear_out(self) -> None:
+        """Read what has come meanwhile; a restart, an alarm or an answer to nothing is a fault.
+
+        Raises:
+            MachineError: naming it.
+        """
+        while (line := self._read(0.0)) is not None:
+            answer = read_answer(line)
+            if self._note(answer) in ("ok", "error"):
+                raise MachineError(
+                    f"the controller answered '{answer.text}' to nothing: bytes were lost or doubled on the "
+                    "way"
+                )
 
     def confirm_idle(self) -> Status:
         """Ask for a status until the machine is idle.
@@ -144,7 +181,7 @@ class Controller:
         self.gate.ask_status()
         deadline = time.monotonic() + self.rig.safety.status_lost_s
         while (left := deadline - time.monotonic()) > 0.0:
-            line = self.link.read_line(left)
+            line = self._read(left)
             if line is None:
                 break
             answer = read_answer(line)
@@ -180,18 +217,36 @@ class Controller:
                     break
         with contextlib.suppress(Exception):
             self.gate.dark()
-            until = time.monotonic() + 0.2
-            while (left := until - time.monotonic()) > 0.0:
-                line = self.link.read_line(left)
-                if line is not None and read_answer(line).kind in ("ok", "error"):
-                    break
+            self._answered(0.2)
+
+    def _answered(self, patience_s: float) -> None:
+        """Wait for one ``ok`` or ``error``, or no longer than that."""
+        until = time.monotonic() + patience_s
+        while (left := until - time.monotonic()) > 0.0:
+            line = self._read(left)
+            if line is not None and read_answer(line).kind in ("ok", "error"):
+                break
 
     def _question(self, question: str, kind: str) -> tuple[str, ...]:
         self.gate.ask(question)
         return tuple(a.text for a in self._collect(1, patience_s=_HELLO_S) if a.kind == kind)
 
+    def _read(self, timeout_s: float) -> bytes | None:
+        if self.on_look is not None:
+            self.on_look()
+        line = self.link.read_line(timeout_s)
+        if line is not None:
+            self.heard = time.monotonic()
+        return line
+
     def _collect(
-        self, count: int, *, patience_s: float, poll: bool = True, lines: Sequence[str] = ()
+        self,
+        count: int,
+        *,
+        patience_s: float,
+        poll: bool = True,
+        lines: Sequence[str] = (),
+        due: tuple[int, float] | None = None,
     ) -> list[Answer]:
         answers: list[Answer] = []
         got = 0
@@ -200,27 +255,31 @@ class Controller:
         asked: float | None = None
         next_ask = start + period
         while got < count:
+            line = self._read(0.0)  # what has come counts before any time limit: this host may have been slow
             now = time.monotonic()
-            if poll and asked is not None and now - max(asked, heard) > self.rig.safety.status_lost_s:
-                raise self._mute()
-            if poll and now >= next_ask:
-                self.gate.ask_status()
-                asked = now if asked is None else asked
-                next_ask = now + period
-            if now - start > patience_s:
-                raise MachineError(
-                    f"{count - got} of {count} answers are missing after {now - start:.1f} s: "
-                    "bytes were lost on the way"
-                )
-            line = self.link.read_line(max(min(next_ask - now, period), 0.001))
+            if line is None:
+                self._check_times(now, start, heard, asked if poll else None, patience_s, count - got)
+                if due is not None and got < due[0] and now - start > due[1]:
+                    raise MachineError(
+                        f"the end of the light was due {now - start - due[1] + LATE_S:.1f} s ago and is not "
+                        "confirmed: the block runs longer than planned, or answers were lost"
+                    )
+                if poll and now >= next_ask:
+                    self.gate.ask_status()
+                    asked = now if asked is None else asked
+                    next_ask = now + period
+                ends = [next_ask - now, start + patience_s - now, _LOOK_S]
+                ends += [start + due[1] - now] if due is not None and got < due[0] else []
+                line = self._read(max(min(ends), 0.001))
             if line is None:
                 continue
-            heard = time.monotonic()
+            heard = self.heard
             answer = read_answer(line)
             kind = self._note(answer)
             if kind == "status":
                 asked = None
-            elif kind == "ok":
+                continue
+            if kind == "ok":
                 got += 1
             elif kind == "error":
                 where = f" to '{lines[got]}'" if got < len(lines) else ""
@@ -228,7 +287,26 @@ class Controller:
             elif kind == "other":
                 raise MachineError(f"answer not understood: {answer.text[:60]!a}: bytes were lost on the way")
             answers.append(answer)
+            if len(answers) > _MOST_ANSWERS:
+                raise MachineError(
+                    f"{self.link.url}: more than {_MOST_ANSWERS} lines in answer to one question"
+                )
         return answers
+
+    def _obey(self) -> None:
+        if self.stop is not None and self.stop.is_set():
+            raise MachineError("stopped on request")
+
+    def _check_times(
+        self, now: float, start: float, heard: float, asked: float | None, patience_s: float, missing: int
+    ) -> None:
+        self._obey()
+        if asked is not None and now - max(asked, heard) > self.rig.safety.status_lost_s:
+            raise self._mute()
+        if now - start > patience_s:
+            raise MachineError(
+                f"{missing} answers are missing after {now - start:.1f} s: bytes were lost on the way"
+            )
 
     def _note(self, answer: Answer) -> str:
         if answer.kind == "alarm":
@@ -236,7 +314,7 @@ class Controller:
                 f"the controller raised {answer.text}: {alarm_text(answer.code)}; "
                 "home it before anything else"
             )
-        if answer.kind == "banner" and self._running:
+        if answer.kind == "banner" and (self._running or self.in_job):
             raise MachineError(
                 f"the controller restarted in the middle of the job ('{answer.text}'): its position is lost"
             )
@@ -245,7 +323,7 @@ class Controller:
             if status is None:
                 return "mangled"
             if status.offset is not None:
-                if self._running and self.offset and not _near(status.offset, self.offset):
+                if self.in_job and self.offset and not _near(status.offset, self.offset):
                     raise MachineError(
                         "the work offset changed in the middle of the job: the position is lost"
                     )
@@ -255,9 +333,14 @@ class Controller:
                 self.on_status(status)
             if self._running and status.state in ("Hold", "Door", "Alarm", "Sleep"):
                 raise MachineError(f"the machine went to {_full(status)} by itself")
-            if self._running and status.overrides is not None and status.overrides[-1] != 100.0:
+            if self._running and status.overrides is not None:
+                for name, value in zip(("feed", "", "power"), status.overrides, strict=False):
+                    if name and value != 100.0:
+                        raise MachineError(f"the {name} override stands at {value:g} %: set it to 100 %")
+            if self._running and status.s > self._s_most + 0.5:
                 raise MachineError(
-                    f"the power override stands at {status.overrides[-1]:g} %: set it to 100 %"
+                    f"the controller shows S{status.s:g}, this block has S{self._s_most:g} at most: "
+                    "bytes were damaged on the way"
                 )
         return answer.kind
 

@@ -40,6 +40,8 @@ class _NoLink:
     def write(self, data: bytes) -> None:
         raise JobError(f"this gate only checks: {len(data)} bytes were not sent")
 
+    urgent = write
+
 
 class Gate:
     """Checks outgoing lines against the level and the rig, then writes them in one piece.
@@ -70,12 +72,12 @@ class Gate:
     def stop(self) -> None:
         """Hold and soft reset, past everything else; passes at every level and ends the armed state."""
         self.level = "quiet"
-        self._link.write(HOLD + RESET)
+        self._link.urgent(HOLD + RESET)
 
     def reset(self) -> None:
         """Soft reset alone, for a controller that went mute after an alarm."""
         self.level = "quiet"
-        self._link.write(RESET)
+        self._link.urgent(RESET)
 
     def dark(self) -> None:
         """``M5``; passes at every level."""

@@ -16,6 +16,7 @@ from rigs.rig import Rig
 __all__ = ["Link", "open_link"]
 
 _LINE_LIMIT = 4096
+_URGENT_S = 0.1
 
 
 class Link:
@@ -44,6 +45,20 @@ class Link:
             self._port.write(data)
         except (OSError, ValueError, AttributeError) as error:
             raise MachineError(f"{self.url}: the port vanished while writing: {error}") from error
+
+    def urgent(self, data: bytes) -> None:
+        """Write past everything that waits to be sent: what the system still holds back is dropped.
+
+        A socket cannot take bytes back; where it is full, the bytes are tried for a tenth of a second.
+
+        Raises:
+            MachineError: if the port fails.
+        """
+        with contextlib.suppress(Exception):
+            self._port.reset_output_buffer()
+        with contextlib.suppress(Exception):
+            self._port.write_timeout = _URGENT_S
+        self.write(data)
 
     def read_line(self, timeout_s: float) -> bytes | None:
         """The next line without its end, or None when none came in time.

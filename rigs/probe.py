@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rigs.controller import Controller, Identity
+from rigs.controller import Controller
 from rigs.grbl import Status
+from rigs.identity import Identity
 from rigs.link import open_link
 from rigs.replay_checks import identity_mistakes
 from rigs.rig import Rig

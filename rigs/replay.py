@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import contextlib
 import datetime
-import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType
 from typing import Any, Literal
 from urllib.parse import urlsplit
 
-from rigs.controller import Controller, Identity
+from rigs.arming import Arming
+from rigs.controller import Controller
 from rigs.errors import JobError, MachineError
 from rigs.grbl import Status
+from rigs.identity import Identity
 from rigs.job import Job
 from rigs.journal import Journal, JournalWriter, Outcome, read_journal
 from rigs.link import open_link
@@ -28,14 +28,16 @@ from rigs.replay_checks import (
     check_identity,
     check_job,
     position_mistake,
+    travel_seconds,
 )
 from rigs.rig import Rig
+from rigs.stop_signals import deaf_to_signals, stop_signals
 from rigs.watch import Steering, Watch
 
 __all__ = ["Mode", "Progress", "replay"]
 
 Mode = Literal["dry-run", "frame", "arm"]
-_GRACE_S = 5.0
+_GRACE_S = 1.5
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,7 @@ def replay(
     resumes: Mapping[str, Any] | None = None,
     watch: Watch | None = None,
     steering: Steering | None = None,
+    stop: threading.Event | None = None,
     grace_s: float = _GRACE_S,
 ) -> Journal:
     """Send a job to a machine.
@@ -105,6 +108,7 @@ def replay(
         resumes: what this replay goes on from, kept in the header of the journal (``rigs.resume``).
         watch: sees every block and status; what it raises stops the machine.
         steering: may leave passes out or repeat them, since angles are measured.
+        stop: when it is set, from any thread, the machine is stopped.
         grace_s: time beyond the planned one after which a missing answer is a fault.
 
     Returns:
@@ -121,6 +125,7 @@ def replay(
     blocks = frame_blocks(plan, rig) if mode == "frame" else plan.blocks
     link = open_link(url, rig)
     controller = Controller(link, rig)
+    controller.stop = stop
     try:
         identity = _identify(controller)
         emulated = is_emulated(identity, url)
@@ -149,7 +154,7 @@ def replay(
             controller.on_status = run.told_of(on_status)
             if steering is not None:
                 steering.note = journal.write
-            with _stop_signals():
+            with stop_signals():
                 run.guarded(lambda: run.all(blocks, home, lambda: _arm(confirm, plan, rig), marks))
     finally:
         link.close()
@@ -171,6 +176,7 @@ def _identify(controller: Controller) -> Identity:
         raise MachineError(
             f"{controller.link.url}: the machine is in state {status.state}: reset it by hand, then home it"
         )
+    controller.darken()
     return controller.identify()
 
 
@@ -208,6 +214,8 @@ class _Run:
         self.on_progress = on_progress
         self.watch = watch
         self.steering = steering
+        self.arming: Arming | None = None
+        self.place: Mapping[str, float] = {}
         self.block: ReplayBlock | None = None
         self.start = time.monotonic()
 
@@ -216,7 +224,7 @@ class _Run:
         try:
             work()
         except BaseException as error:
-            with _deaf_to_signals():
+            with deaf_to_signals():
                 self.controller.emergency_stop()
                 interrupted = isinstance(error, KeyboardInterrupt)
                 reason = "interrupted" if interrupted else str(error) or type(error).__name__
@@ -244,6 +252,12 @@ class _Run:
             if not self.emulated:
                 arm()
             gate.level = "armed"
+            self.arming = Arming()
+            self.controller.on_look = self.arming.look
+            self.controller.confirm_idle()
+        if self.controller.status is not None:
+            self.place = self.controller.work_position(self.controller.status)
+        self.controller.in_job = True
         self.journal.write("state", state=gate.level, t=self._t())
         dark = self.mode == "dry-run"
         planned = [0.0 if dark and b.kind == "wait" else b.seconds for b in blocks]
@@ -252,6 +266,8 @@ class _Run:
         for number, (block, seconds) in enumerate(zip(blocks, planned, strict=True), 1):
             made = (block,) if self.steering is None or dark else self.steering.blocks_for(block)
             for sent in made:
+                if self.steering is not None and self.arming is not None:
+                    self.arming.renew()  # an angle was measured
                 self.block = sent
                 self._one(sent, dark_block(sent) if dark else lit_block(sent))
             left -= seconds
@@ -272,18 +288,26 @@ class _Run:
             question = " ".join(block.comments) or "go on?"
             if self.ask is None or not self.ask(question):
                 raise JobError(f"stopped at the question: {question}")
+            if self.arming is not None:
+                self.arming.renew()
         if not lines:
             self.journal.write("skipped", block=block.index, step=block.step)
             return
         if block.beam_s > 0.0 and self.mode == "arm":
+            if self.arming is not None:
+                self.arming.check()
             self.journal.write(
                 "intent", sync=True, block=block.index, step=block.step, beam_s=block.beam_s, t=self._t()
             )
         if self.watch is not None:
             self.watch.begins(block, block.seconds, self._t())
-        self.controller.run(lines, block.seconds, self.grace_s)
+        seconds = block.seconds
+        if self.place and block.beam_s <= 0.0:  # the head may come from elsewhere: home, or where it stopped
+            seconds = max(seconds, travel_seconds(self.controller.rig, self.place, block.expect))
+        self.controller.run(lines, seconds, self.grace_s)
         status = self.controller.confirm_idle()
         place = self.controller.work_position(status)
+        self.place = place
         if mistake := position_mistake(block.expect, place, self.controller.rig):
             raise MachineError(f"{mistake}: steps or bytes were lost; home it before anything else")
         self.journal.write(
@@ -317,7 +341,9 @@ class _Run:
         """Run the pilot light over the marks; a person says whether it met them."""
         for block in marks:
             self.controller.gate.level = "pilot"
-            self.controller.run(tuple(block.lines), block.seconds, self.grace_s)
+            here = self.controller.work_position(self.controller.confirm_idle())
+            seconds = block.seconds + travel_seconds(self.controller.rig, here, block.expect)
+            self.controller.run(tuple(block.lines), seconds, self.grace_s)
             place = self.controller.work_position(self.controller.confirm_idle())
             self.controller.gate.level = "motion"
             if mistake := position_mistake(block.expect, place, self.controller.rig):
@@ -354,42 +380,3 @@ class _Run:
 
     def _t(self) -> float:
         return round(time.monotonic() - self.start, 3)
-
-
-@contextlib.contextmanager
-def _stop_signals() -> Iterator[None]:
-    """SIGTERM, and a terminal that goes away, end a replay as Ctrl-C does."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def stop(_signum: int, _frame: FrameType | None) -> None:
-        raise KeyboardInterrupt
-
-    before = {number: signal.signal(number, stop) for number in _stops() if number != signal.SIGINT}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-def _stops() -> list[signal.Signals]:
-    """Signals that end a replay; one that the caller ignores, as under nohup, goes on being ignored."""
-    hang_up = getattr(signal, "SIGHUP", None)
-    numbers = [signal.SIGINT, signal.SIGTERM]
-    return numbers + ([hang_up] if hang_up and signal.getsignal(hang_up) != signal.SIG_IGN else [])
-
-
-@contextlib.contextmanager
-def _deaf_to_signals() -> Iterator[None]:
-    """A second Ctrl-C must not cut the stop short; it takes half a second at most."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {number: signal.signal(number, signal.SIG_IGN) for number in _stops()}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

@@ -14,8 +14,8 @@ from rigs.job import Job
 from rigs.rig import Rig
 
 __all__ = [
-    "PlainBlock", "ReplayBlock", "ReplayJob", "dark_block", "frame_blocks", "lit_block", "mark_blocks",
-    "replay_job",
+    "PlainBlock", "ReplayBlock", "ReplayJob", "dark_block", "frame_blocks", "light_of", "lit_block",
+    "mark_blocks", "replay_job",
 ]  # fmt: skip
 
 _MARK_MM = 3.0
@@ -129,6 +129,31 @@ def _confirms(lines: Sequence[str]) -> bool:
     if ("G", 4.0) in last:
         return True
     return ("M", 5.0) in last and any(_LIGHT.search(line) for line in lines[:-1])
+
+
+def light_of(lines: Sequence[str], seconds: float) -> tuple[int, float, float]:
+    """When the light of a block must be off.
+
+    Args:
+        lines: of the block.
+        seconds: planned for all of them.
+
+    Returns:
+        how many answers there are up to the ``M5`` that ends the light (0 for a dark block), after how many
+        seconds, and the largest S word.
+    """
+    dark_at, lit, pause, most = 0, False, 0.0, 0.0
+    for number, line in enumerate(lines, 1):
+        words = split_words(line) or []
+        values = dict(words)
+        if values.get("M") in (3.0, 4.0):
+            lit = True
+        elif values.get("M") == 5.0 and lit:
+            dark_at, pause = number, 0.0
+        elif values.get("G") == 4.0:
+            pause += values.get("P", 0.0)
+        most = max(most, values.get("S", 0.0))
+    return dark_at, max(seconds - pause, 0.0), most
 
 
 def frame_blocks(job: ReplayJob, rig: Rig, speed_mm_s: float = 50.0) -> tuple[PlainBlock, ...]:

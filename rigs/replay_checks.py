@@ -7,10 +7,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from rigs.controller import Identity
 from rigs.errors import JobError, MachineError
 from rigs.gate import Gate, split_words
+from rigs.identity import Identity
 from rigs.journal import read_journal
+from rigs.motion_time import line_seconds
 from rigs.replay_blocks import ReplayJob, lit_block
 from rigs.rig import Rig
 
@@ -22,6 +23,7 @@ __all__ = [
     "check_job",
     "identity_mistakes",
     "position_mistake",
+    "travel_seconds",
 ]
 
 _ROTARY_DEG = 0.1
@@ -192,6 +194,21 @@ def position_mistake(expect: Sequence[tuple[str, float]], place: Mapping[str, fl
             shown = "not reported" if have is None else f"{have:.3f} {unit}"
             return f"axis {word} is at {shown}, it should be at {wanted:.3f} {unit}"
     return None
+
+
+def travel_seconds(rig: Rig, place: Mapping[str, float], expect: Sequence[tuple[str, float]]) -> float:
+    """Longest time that a rapid from ``place`` to ``expect`` can take: all axes one after the other."""
+    rotary = rig.rotary
+    limits = dict(zip("XYZ", zip(rig.axes.max_mm_s, rig.axes.accel_mm_s2, strict=True), strict=True))
+    limits[rotary.word] = (
+        rotary.max_deg_s * rotary.units_per_deg,
+        rotary.accel_deg_s2 * rotary.units_per_deg,
+    )
+    return sum(
+        line_seconds(abs(wanted - place[word]), *limits[word])
+        for word, wanted in expect
+        if word in place and word in limits
+    )
 
 
 def _moves(key: str) -> bool:

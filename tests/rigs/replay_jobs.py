@@ -6,6 +6,7 @@ from rigs.replay_blocks import PlainBlock, ReplayJob
 from rigs.rig import Rig, load_rig
 
 RIG: Rig = load_rig("grbl-4axis")
+START = (("X", 190.0), ("Y", 150.0), ("Z", 120.0))
 
 
 def small_job(passes: int = 4, rig: Rig = RIG) -> ReplayJob:
@@ -15,7 +16,7 @@ def small_job(passes: int = 4, rig: Rig = RIG) -> ReplayJob:
     def add(kind: str, lines: tuple[str, ...], **values: object) -> None:
         blocks.append(PlainBlock(len(blocks) - 1, kind, lines, **values))  # type: ignore[arg-type]
 
-    add("goto", ("G0X190Y150Z120", "G4P0.01"), seconds=3.0, step=0, expect=(("X", 190.0), ("Y", 150.0)))
+    add("goto", ("G0X190Y150Z120", "G4P0.01"), seconds=3.0, step=0, expect=START)
     for number in range(passes):
         if number == passes // 2:
             add("rotate", ("G0A180", "G4P0.5"), seconds=4.0, step=1, expect=(("A", 180.0),))

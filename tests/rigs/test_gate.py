@@ -22,6 +22,8 @@ class Wire:
     def write(self, data: bytes) -> None:
         self.data += data
 
+    urgent = write
+
 
 def gate(level: str, rig: str = "grbl-4axis") -> tuple[Gate, Wire]:
     wire = Wire()

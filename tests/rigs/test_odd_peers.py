@@ -90,7 +90,7 @@ def test_what_is_wrong_is_said_and_nothing_moves(
     answers = GOOD | changes
     with peer(lambda part: answers.get(part, b"")) as (url, heard), pytest.raises(MachineError, match=words):
         replay(small_job(), url, rig=RIG, journal_path=tmp_path / "j", mode="arm")
-    assert set(bytes(heard).replace(b"?", b"").split(b"\n")) <= {b"$I", b"$$", b"$#", b"$G", b""}
+    assert set(bytes(heard).replace(b"?", b"").split(b"\n")) <= {b"M5", b"$I", b"$$", b"$#", b"$G", b""}
 
 
 def test_mark_of_the_emulator_does_not_count_over_the_network() -> None:

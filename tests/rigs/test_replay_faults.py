@@ -24,15 +24,15 @@ from tests.rigs.replay_runs import lit, read_trace, run
 REPOSITORY = Path(__file__).resolve().parents[2]
 
 FAULTS = [
-    ("error:20@16", "error:20 to 'G1X210Y150F6000S500': command not supported", 1),
-    ("alarm:1@16", "ALARM:1: hard limit", 1),
-    ("alarm:171@16", "ALARM:171: not listed", 1),
-    ("drop@16", "the port vanished", 1),
-    ("mute@16", "no answer for 1 s", 1),
-    ("power@16", "restarted in the middle of the job", 1),
-    ("no-ok@16", "answers are missing", 1),
-    ("garble@16", "answer not understood: 'o'", 1),
-    ("extra-ok@18", "an 'ok' too many", 1),
+    ("error:20@17", "error:20 to 'G1X210Y150F6000S500': command not supported", 1),
+    ("alarm:1@17", "ALARM:1: hard limit", 1),
+    ("alarm:171@17", "ALARM:171: not listed", 1),
+    ("drop@17", "the port vanished", 1),
+    ("mute@17", "the end of the light was due", 1),
+    ("power@17", "restarted in the middle of the job", 1),
+    ("no-ok@17", "the end of the light was due", 1),
+    ("garble@17", "answer not understood: 'o'", 1),
+    ("extra-ok@19", "an 'ok' too many", 1),
 ]
 
 
@@ -58,7 +58,7 @@ def test_each_fault_ends_dark_with_block_and_step_named(
 
 def test_fault_before_any_light_leaves_nothing_in_doubt(tmp_path: Path) -> None:
     with pytest.raises(MachineError):
-        run(tmp_path, faults=["error:9@11"])
+        run(tmp_path, faults=["error:9@12"])
     journal = read_journal(tmp_path / "journal.jsonl")
     assert journal.in_doubt is None
     assert lit(read_trace(tmp_path / "trace.jsonl")) == []
