@@ -26,6 +26,7 @@ from tests.rigs.replay_jobs import RIG
 from tests.rigs.simulated_link import Clock, Harm, HostKilled, SimulatedLink, machine_for, records_of
 
 Lit = tuple[float, ...]
+JOB_RIG = RIG
 OFFSET = RIG.controller.g54_mm
 
 
@@ -56,7 +57,8 @@ def fault_job(rig: Rig = RIG) -> Job:
         speed, lengths = 20.0, [math.dist(a, b) for a, b in itertools.pairwise([place, *path, run_out])]
         light = sum(lengths[1:-1]) / speed
         add(
-            kind, run_out, path=tuple(path), power_w=9.6, s_word=500.0, speed_mm_s=speed, wait_s=wait,
+            kind, run_out, path=tuple(path), power_w=rig.laser.power_for_s(500.0), s_word=500.0,
+            speed_mm_s=speed, wait_s=wait,
             beam_s=light + 0.02, seconds=sum(lengths) / speed + speed / 2000.0 + 0.05 + wait, **more,
         )  # fmt: skip
 

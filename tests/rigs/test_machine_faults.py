@@ -54,12 +54,7 @@ INSTANTS = [0.69, 0.9, 1.9, 2.7, 4.0, 5.6, 7.3, 8.6, 9.9, 12.6, 14.5, 16.9]
 
 @pytest.mark.parametrize("seconds", INSTANTS)
 def test_power_cycle_in_any_state(tmp_path, seconds):
-    def cycle(link: SimulatedLink) -> None:
-        link.machine.motion.abort(link.machine.now)
-        link.machine._drain()
-        link.machine.power_up()
-
-    run = simulated(PLAN, tmp_path / "first.jsonl", **at(seconds, cycle))
+    run = simulated(PLAN, tmp_path / "first.jsonl", **at(seconds, lambda link: link.machine.power_cycle()))
     assert isinstance(run.error, MachineError)
     assert not [r for r in run.lit if r["t0"] > START + seconds]  # nothing is lit any more
     assert set(sent_after(run.link, START + seconds + 0.7).split(b"\n")) <= {b"M5", b""}

@@ -30,7 +30,7 @@ FAULTS = [
     ("drop@17", "the port vanished", 1),
     ("mute@17", "the end of the light was due", 1),
     ("power@17", "restarted in the middle of the job", 1),
-    ("no-ok@17", "the end of the light was due", 1),
+    ("no-ok@17", "answers are missing", 1),
     ("garble@17", "answer not understood: 'o'", 1),
     ("extra-ok@19", "an 'ok' too many", 1),
 ]
