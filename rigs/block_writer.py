@@ -32,12 +32,15 @@ DIGITS = 3
 def gcode_style(rig: Rig) -> GcodeStyle:
     """How G-code for ``rig`` is written."""
     units = rig.rotary.sign * rig.rotary.units_per_deg * math.degrees(1.0)
+    room = rig.controller.rx_bytes - BLOCK_RESERVE_BYTES
+    if rig.controller.dialect == "marlin":
+        room //= 2  # line numbers, checksums and repeated motion words
     return GcodeStyle(
         rotary_word=rig.rotary.word,
         rotary_units_per_rad=units,
         has_focus_axis=rig.has_focus_axis,
         line_chars=min(LINE_CHARS, rig.controller.line_chars - 1),
-        block_bytes=rig.controller.rx_bytes - BLOCK_RESERVE_BYTES,
+        block_bytes=room,
     )
 
 
@@ -134,6 +137,7 @@ class BlockWriter:
         power, s_word = self.checks.power(power_w, where)
         for stroke in strokes:
             self._check_stroke(stroke, where)
+            self.checks.clear_of_clamps(stroke.start, stroke.end, self.rotary, where)
         if math.dist(self.place, strokes[0].run_in) > math.dist(self.place, strokes[-1].run_out):
             strokes = _reversed(strokes)
         back = _reversed(strokes)
@@ -202,6 +206,7 @@ class BlockWriter:
             for a, b in itertools.pairwise(piece):
                 self.checks.inside(b, number)
                 self.checks.move(a, b, speed, where)
+                self.checks.clear_of_clamps(a, b, self.rotary, where)
             seconds = round(polyline_seconds(np.array(piece), speed, accel), 6)
             self.blocks.append(
                 Block(

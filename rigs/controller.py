@@ -13,6 +13,7 @@ from rigs.gate import Gate
 from rigs.grbl import Answer, Status, alarm_text, error_text, read_answer, read_status
 from rigs.identity import Identity
 from rigs.link import Link
+from rigs.marlin import MarlinLink
 from rigs.replay_blocks import light_of
 from rigs.rig import Rig
 
@@ -44,7 +45,9 @@ class Controller:
         stop: when it is set, from any thread, the job is stopped.
     """
 
-    def __init__(self, link: Link, rig: Rig, on_status: Callable[[Status], None] | None = None) -> None:
+    def __init__(
+        self, link: Link | MarlinLink, rig: Rig, on_status: Callable[[Status], None] | None = None
+    ) -> None:
         self.link = link
         self.gate = Gate(link, rig)
         self.rig = rig

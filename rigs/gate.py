@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from typing import Literal
+from typing import Literal, Protocol
 
 from rigs.errors import JobError
-from rigs.link import Link
 from rigs.rig import Rig
 
-__all__ = ["Gate", "Level", "split_words"]
+__all__ = ["Gate", "Level", "Wire", "split_words"]
 
 Level = Literal["quiet", "motion", "pilot", "armed"]
 """What may pass: questions only; moves without light; moves with pilot light; the job with light."""
@@ -36,6 +35,16 @@ def split_words(line: str) -> list[tuple[str, float]] | None:
     return words
 
 
+class Wire(Protocol):
+    """Where the bytes go."""
+
+    def write(self, data: bytes) -> None:
+        """Write all bytes."""
+
+    def urgent(self, data: bytes) -> None:
+        """Write past everything that waits."""
+
+
 class _NoLink:
     def write(self, data: bytes) -> None:
         raise JobError(f"this gate only checks: {len(data)} bytes were not sent")
@@ -53,7 +62,7 @@ class Gate:
         s_cap: largest S of the armed level.
     """
 
-    def __init__(self, link: Link | None, rig: Rig) -> None:
+    def __init__(self, link: Wire | None, rig: Rig) -> None:
         self._link = link or _NoLink()
         self._rig = rig
         self.level: Level = "quiet"

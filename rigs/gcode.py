@@ -15,6 +15,8 @@ __all__ = ["SYNC_S", "GcodeBlock", "GcodeProgram", "gcode_program", "write_gcode
 SYNC_S = 0.01
 """Shortest dwell: its ``ok`` comes when all motion before it has been executed."""
 
+_ROTARY_WORDS = ("A", "B", "C", "Z")
+
 HEADER = ("G21", "G90", "G94", "G17", "G54", "M5 S0")
 """Units mm, absolute, feed per minute, plane XY, work offset 1; beam off."""
 
@@ -93,6 +95,10 @@ def gcode_program(job: Job, *, pauses: bool = False) -> GcodeProgram:
     Raises:
         JobError: if a number is not finite, or a line or block is too long for the controller.
     """
+    if job.style.rotary_word not in _ROTARY_WORDS:
+        raise JobError(
+            f"the rotary has the word {job.style.rotary_word[:9]!a}: expected {', '.join(_ROTARY_WORDS)}"
+        )
     comments = _title(job)
     line = len(comments) + 1
     blocks = [GcodeBlock(-1, "head", -1, -1, HEADER, line, (), 0.0, 0.0, comments)]

@@ -130,7 +130,7 @@ def read_answer(line: bytes) -> Answer:
         return Answer("setting", text)
     if text.startswith("[") and text.endswith("]"):
         return Answer("message", text)
-    if text.startswith(("Grbl", "GrblHAL")):
+    if text.startswith(("Grbl", "Marlin")):
         return Answer("banner", text)
     return Answer("other", text)
 

@@ -6,6 +6,7 @@ import math
 
 from rigs.errors import JobError
 from rigs.job import MachinePoint
+from rigs.no_go import NoGo
 from rigs.rig import Rig
 
 __all__ = ["RigChecks"]
@@ -22,6 +23,15 @@ class RigChecks:
 
     def __init__(self, rig: Rig) -> None:
         self.rig = rig
+        self._no_go = NoGo(rig)
+
+    def clear_of_clamps(self, a: MachinePoint, b: MachinePoint, rotary_rad: float, where: str) -> None:
+        """Refuse light over a clamp of the sheet."""
+        if (clamp := self._no_go.hit(a, b, rotary_rad)) is not None:
+            raise JobError(
+                f"{where}: light from ({a[0]:.1f}, {a[1]:.1f}) to ({b[0]:.1f}, {b[1]:.1f}) mm would fall on "
+                f"clamp {clamp} of the sheet (sheet.clamp_polygons_mm): move the part or the clamp"
+            )
 
     def finite(self, where: str, *values: float) -> None:
         """Refuse NaN and infinities."""

@@ -8,6 +8,7 @@ from rigs.controller import Controller
 from rigs.grbl import Status
 from rigs.identity import Identity
 from rigs.link import open_link
+from rigs.marlin import spoken
 from rigs.replay_checks import identity_mistakes
 from rigs.rig import Rig
 
@@ -37,7 +38,7 @@ def probe(url: str, rig: Rig) -> Probe:
     """
     link = open_link(url, rig)
     try:
-        controller = Controller(link, rig)
+        controller = Controller(spoken(link, rig), rig)
         status = controller.hello()
         identity = controller.identify()
     finally:

@@ -20,6 +20,7 @@ from rigs.identity import Identity
 from rigs.job import Job
 from rigs.journal import Journal, JournalWriter, Outcome, read_journal
 from rigs.link import open_link
+from rigs.marlin import spoken
 from rigs.replay_blocks import ReplayBlock, ReplayJob, dark_block, frame_blocks, lit_block, replay_job
 from rigs.replay_checks import (
     Certificate,
@@ -124,7 +125,7 @@ def replay(
     check_job(plan, rig)
     blocks = frame_blocks(plan, rig) if mode == "frame" else plan.blocks
     link = open_link(url, rig)
-    controller = Controller(link, rig)
+    controller = Controller(spoken(link, rig), rig)
     controller.stop = stop
     try:
         identity = _identify(controller)

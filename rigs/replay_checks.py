@@ -7,9 +7,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from rigs.dialects import dialect_mistake
 from rigs.errors import JobError, MachineError
 from rigs.gate import Gate, split_words
 from rigs.identity import Identity
+from rigs.job_walk import JobWalk
 from rigs.journal import read_journal
 from rigs.motion_time import line_seconds
 from rigs.replay_blocks import ReplayJob, lit_block
@@ -51,6 +53,8 @@ class Certificate:
 def check_job(job: ReplayJob, rig: Rig) -> None:
     """Refuse a job of another rig, with too long a beam block, or with a line that may not pass.
 
+    What a block says about itself is not believed: its lines are walked through (``rigs.job_walk``).
+
     Raises:
         JobError: saying what does not fit.
     """
@@ -59,7 +63,7 @@ def check_job(job: ReplayJob, rig: Rig) -> None:
             f"the job was made for another rig (hash {job.rig_sha256[:12] or 'missing'}) than {rig.name} "
             f"({rig.sha256[:12]}): make the job anew for this rig"
         )
-    gate = Gate(None, rig)
+    gate, walk = Gate(None, rig), JobWalk(rig)
     gate.level = "armed"
     for block in job.blocks:
         if block.beam_s > rig.laser.max_beam_s + 1e-9:
@@ -70,6 +74,7 @@ def check_job(job: ReplayJob, rig: Rig) -> None:
         try:
             gate.check(lit_block(block))
             _check_reach(block.lines, rig)
+            walk.block(block.lines, block.beam_s)
         except JobError as error:
             raise JobError(f"block {block.index} (step {block.step}): {error}") from error
 
@@ -154,9 +159,13 @@ def check_identity(identity: Identity, rig: Rig, *, armed: bool) -> None:
 
 def identity_mistakes(identity: Identity, rig: Rig, *, armed: bool = True) -> Iterator[str]:
     """Every difference between what a controller says and the profile, in words."""
-    info = " ".join(identity.info)
-    if "[VER:" not in info:
-        yield f"the controller does not say what it is ($I gave '{info[:60]}'): is it GRBL 1.1?"
+    if (mistake := dialect_mistake(rig.controller.dialect, identity.info)) is not None:
+        yield mistake
+    if rig.controller.dialect == "marlin" and "[Cap:EMERGENCY_PARSER:1]" not in identity.info:
+        yield (
+            "this Marlin does not say EMERGENCY_PARSER:1 (M115): a stop would wait behind the motion; "
+            "build the firmware with it"
+        )
     words = rig.axis_words
     offset = identity.offset("G54")
     if len(offset) != len(words):

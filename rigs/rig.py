@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import msgspec
 
+from rigs.dialects import Dialect
 from rigs.errors import ProfileError
 from rigs.profile_text import all_mistakes, parse_profile, profile_names, profile_text
 from rigs.rig_checks import mistakes
@@ -48,7 +49,7 @@ class Controller(Profile, frozen=True, kw_only=True):
         expect: ``$`` settings that are read back; a mismatch refuses to arm.
     """
 
-    dialect: Literal["grbl1.1", "grbl-mega-5x", "grblhal"]
+    dialect: Dialect
     url: str = ""
     baud: int = 115200
     rx_bytes: int = 128

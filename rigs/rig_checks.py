@@ -95,13 +95,19 @@ def _controller(rig: Rig) -> Iterator[str]:
     for key in controller.expect:
         if not (key.startswith("$") and key[1:].isdigit()):
             yield f"$.controller.expect.{key}: expected a setting such as $32"
-    if controller.expect.get("$32") != 1.0:
-        yield '$.controller.expect: needs "$32" = 1 (laser mode): else M4 burns in travel and at rest'
-    if rig.laser.power_curve and controller.expect.get("$30") != rig.laser.power_curve[-1][0]:
-        yield (
-            f'$.controller.expect: "$30" (full scale of S) must be {rig.laser.power_curve[-1][0]:g}, '
-            f"the end of laser.power_curve, got {controller.expect.get('$30', 'nothing')}"
-        )
+    if controller.dialect == "marlin":
+        if rig.safety.status_lost_s < 3.0:
+            yield "$.safety.status_lost_s: Marlin says that it is busy every 2 s: expected 3 or more"
+        if rig.laser.pilot.kind == "low-power":
+            yield "$.laser.pilot.kind: M3 of Marlin stays on at standstill: expected aux-output or none"
+    else:
+        if controller.expect.get("$32") != 1.0:
+            yield '$.controller.expect: needs "$32" = 1 (laser mode): else M4 burns in travel and at rest'
+        if rig.laser.power_curve and controller.expect.get("$30") != rig.laser.power_curve[-1][0]:
+            yield (
+                f'$.controller.expect: "$30" (full scale of S) must be {rig.laser.power_curve[-1][0]:g}, '
+                f"the end of laser.power_curve, got {controller.expect.get('$30', 'nothing')}"
+            )
     for name in ("baud", "rx_bytes", "line_chars"):
         if getattr(controller, name) > 10_000_000:
             yield f"$.controller.{name}: no controller has {getattr(controller, name):.3g}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 
+from rigs.errors import ProfileError
 from rigs.rig import Rig
 
 __all__ = ["MachineConfig", "config_for"]
@@ -12,6 +13,14 @@ __all__ = ["MachineConfig", "config_for"]
 
 _GRBLHAL_RESTORE_S = 4.0
 """grblHAL's default for the time that a spindle gets after the door (setting 392)."""
+
+_VERSIONS = {
+    "grbl1.1": "1.1h.20190830",
+    "grbl-mega-5x": "1.1q.20230611",
+    "grblhal": "1.1f.20240222",
+    "fluidnc": "3.7 FluidNC v3.7.8",
+}
+"""What ``$I`` says of the firmware."""
 
 
 @dataclass(frozen=True)
@@ -79,23 +88,26 @@ def config_for(rig: Rig) -> MachineConfig:
     for i in range(len(rig.axis_words)):
         settings |= {100 + i: steps[i], 110 + i: speed[i], 120 + i: accel[i], 130 + i: travel[i]}
     settings |= {int(key[1:]): value for key, value in rig.controller.expect.items()}
-    hal = rig.controller.dialect == "grblhal"
-    version = {
-        "grbl1.1": "1.1h.20190830",
-        "grbl-mega-5x": "1.1q.20230611",
-        "grblhal": "1.1f.20240222",
-    }[rig.controller.dialect]
+    dialect = rig.controller.dialect
+    if dialect == "marlin":
+        raise ProfileError(f"{rig.name}: the emulated machine speaks GRBL, not Marlin")
+    hal = dialect == "grblhal"
+    version = _VERSIONS[dialect]
     name = version.partition(".")[0] + "." + version.partition(".")[2][:2]
+    banner = {
+        "grblhal": f"GrblHAL {name} ['$' or '$HELP' for help]",
+        "fluidnc": "Grbl 3.7 [FluidNC v3.7.8 (wifi) '$' for help]",
+    }.get(dialect, f"Grbl {name} ['$' for help]")
     return MachineConfig(
         axes=rig.axis_words,
         settings=tuple(sorted(settings.items())),
         rx_bytes=rig.controller.rx_bytes,
-        planner_blocks={"grbl1.1": 15, "grbl-mega-5x": 35, "grblhal": 100}[rig.controller.dialect],
+        planner_blocks={"grbl1.1": 15, "fluidnc": 16}.get(dialect, 100 if hal else 35),
         line_chars=rig.controller.line_chars,
         g54=rig.controller.g54_mm or (0.0,) * len(rig.axis_words),
         resets_on_open=rig.controller.resets_on_open,
         version=version,
-        banner=f"GrblHAL {name} ['$' or '$HELP' for help]" if hal else f"Grbl {name} ['$' for help]",
+        banner=banner,
         names_power=hal,
         door_restore_s=_GRBLHAL_RESTORE_S if hal else 0.0,
         max_step_hz=axes.max_step_hz,

@@ -15,7 +15,7 @@ from rigs.arming import Arming
 from rigs.errors import JobError, MachineError
 from rigs.grbl import Status
 from rigs.job import Block, Job, MachinePoint
-from rigs.job_build import gcode_style
+from rigs.block_writer import gcode_style
 from rigs.journal import Journal, read_journal
 from rigs.motion_time import line_seconds
 from rigs.replay import Mode, replay
