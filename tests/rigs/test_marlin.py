@@ -186,7 +186,7 @@ def test_every_firmware_is_told_from_every_other(dialect):
 
 
 def test_an_emulated_fluidnc(tmp_path):
-    """The same driver, another answer to ``$I``; a job for it runs, a profile of another family is refused."""
+    """The same driver, another answer to ``$I``: its job runs, another profile is refused."""
     fluid = msgspec.structs.replace(
         RIG, controller=msgspec.structs.replace(RIG.controller, dialect="fluidnc")
     )
