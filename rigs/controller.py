@@ -119,6 +119,10 @@ class Controller:
         self.offset = identity.offset("G54")
         return identity
 
+    def modes(self) -> tuple[str, ...]:
+        """The answer to ``$G``; empty where a firmware has none."""
+        return self._question("$G", "message", self.rig.safety.status_lost_s)
+
     def home(self) -> None:
         """Run the homing cycle; the controller may be silent meanwhile."""
         self.gate.home()
@@ -230,9 +234,9 @@ class Controller:
             if line is not None and read_answer(line).kind in ("ok", "error"):
                 break
 
-    def _question(self, question: str, kind: str) -> tuple[str, ...]:
+    def _question(self, question: str, kind: str, patience_s: float = _HELLO_S) -> tuple[str, ...]:
         self.gate.ask(question)
-        return tuple(a.text for a in self._collect(1, patience_s=_HELLO_S) if a.kind == kind)
+        return tuple(a.text for a in self._collect(1, patience_s=patience_s) if a.kind == kind)
 
     def _read(self, timeout_s: float) -> bytes | None:
         if self.on_look is not None:

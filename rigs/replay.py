@@ -21,6 +21,7 @@ from rigs.job import Job
 from rigs.journal import Journal, JournalWriter, Outcome, read_journal
 from rigs.link import open_link
 from rigs.marlin import spoken
+from rigs.modes import modes_mistake
 from rigs.replay_blocks import ReplayBlock, ReplayJob, dark_block, frame_blocks, lit_block, replay_job
 from rigs.replay_checks import (
     Certificate,
@@ -311,6 +312,10 @@ class _Run:
         self.place = place
         if mistake := position_mistake(block.expect, place, self.controller.rig):
             raise MachineError(f"{mistake}: steps or bytes were lost; home it before anything else")
+        if block.beam_s > 0.0 and self.mode == "arm":
+            mistake = modes_mistake(lines, self.controller.modes())
+            if mistake is not None:
+                raise MachineError(f"{mistake}: bytes were damaged, the crease has had another dose")
         self.journal.write(
             "done", block=block.index, step=block.step, t=self._t(), at=[round(v, 3) for v in place.values()]
         )

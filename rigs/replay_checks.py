@@ -159,8 +159,6 @@ def check_identity(identity: Identity, rig: Rig, *, armed: bool) -> None:
 
 def identity_mistakes(identity: Identity, rig: Rig, *, armed: bool = True) -> Iterator[str]:
     """Every difference between what a controller says and the profile, in words."""
-    if (mistake := dialect_mistake(rig.controller.dialect, identity.info)) is not None:
-        yield mistake
     if rig.controller.dialect == "marlin" and "[Cap:EMERGENCY_PARSER:1]" not in identity.info:
         yield (
             "this Marlin does not say EMERGENCY_PARSER:1 (M115): a stop would wait behind the motion; "
@@ -173,6 +171,8 @@ def identity_mistakes(identity: Identity, rig: Rig, *, armed: bool = True) -> It
             f"the controller has {len(offset)} axes, {rig.name} needs {len(words)} ({' '.join(words)}): "
             "wrong firmware"
         )
+    if (mistake := dialect_mistake(rig.controller.dialect, identity.info)) is not None:
+        yield mistake
     for key, wanted in rig.controller.expect.items():
         have = identity.settings.get(key)
         if (have is None or abs(have - wanted) > 1e-3 * max(1.0, abs(wanted))) and (armed or _moves(key)):

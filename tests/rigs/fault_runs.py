@@ -166,7 +166,7 @@ def simulated(
             replay(
                 plan,
                 link.url,
-                rig=RIG,
+                rig=rig,
                 journal_path=journal,
                 mode=mode,
                 resumes=resumes,

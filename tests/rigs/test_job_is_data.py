@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -119,3 +120,16 @@ def test_a_job_over_a_clamp_is_not_made():
     over = clamped(((x - 0.5, y - 0.5), (x + 0.5, y - 0.5), (x + 0.5, y + 0.5), (x - 0.5, y + 0.5)))
     with pytest.raises(JobError, match=r"would fall on\s+clamp 0 of the sheet"):
         make_job(plan, plan_process(plan, over, load_material("304")), over, load_material("304"))
+
+
+def test_everything_that_listens_is_on_the_loopback_address(repository):
+    """No package of the product opens a port to the network."""
+    found = 0
+    for package in ("planner", "rigs", "twin", "studio", "models"):
+        for path in (repository / package).rglob("*.py"):
+            text = path.read_text("utf-8")
+            assert not re.search(r"\.bind\(|HTTPServer|start_server", text), path
+            for call in re.findall(r"create_server\(([^)]*)\)", text):
+                found += 1
+                assert call.startswith('("127.0.0.1"'), f"{path}: {call}"
+    assert found == 1  # the emulated machine

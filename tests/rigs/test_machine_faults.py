@@ -11,6 +11,7 @@ import pytest
 from rigs.errors import JobError, MachineError
 from rigs.grbl import error_text
 from rigs.journal import read_journal
+from rigs.modes import modes_mistake
 from rigs.replay_blocks import lit_block
 from rigs.replay_checks import Certificate
 from tests.rigs.fault_runs import (
@@ -143,6 +144,38 @@ def test_every_error_on_every_line_of_a_beam_block(tmp_path):
             assert run.doubt == first.index
             check_light(run)
             assert len(strokes(run)) <= 2  # of this cut of two edges
+
+
+@pytest.mark.parametrize(
+    ("wanted", "instead", "words"),
+    [("F1200", "F1210", "worked with F1210"), ("S500", "S400", "worked with S400")],
+)
+def test_a_damaged_feed_or_power_of_a_cut_is_noticed(tmp_path, wanted, instead, words):
+    """Grbl has no checksums: its modal state afterwards tells what place and answers do not."""
+    whole = simulated(PLAN, tmp_path / "whole.jsonl")
+    data = bytes(byte for _, byte in whole.link.sent)
+    first = data.index(wanted.encode())
+    changed = next(i for i, (a, b) in enumerate(zip(wanted, instead, strict=True)) if a != b)
+    flip = Harm("out", first + changed, "flip", ord(wanted[changed]) ^ ord(instead[changed]))
+    run = simulated(PLAN, tmp_path / "first.jsonl", harms=[flip])
+    assert words in str(run.error)
+    assert run.doubt == next(b.index for b in PLAN.blocks if b.beam_s > 0.0)
+
+
+@pytest.mark.parametrize(
+    ("report", "words"),
+    [
+        ((), None),
+        (("[GC:G1 G54 G17 G21 G90 G94 M5 M9 T0 F1200 S500]",), None),
+        (("[GC:G1 G54 G17 G21 G91 G94 M5 M9 T0 F1200 S500]",), "should be in G90"),
+        (("[GC:G1 G54 G17 G21 G90 G94 M4 M9 T0 F1200 S500]",), "should be in M5"),
+        (("[GC:G1 G54 G17 G21 G90 G94 M5 M9 T0 F120 S500]",), "worked with F120, it was sent F1200"),
+        (("[GC:G1 G54 G17 G21 G90 G94 M5 M9 T0 F1200]",), "worked with nothing, it was sent S500"),
+    ],
+)
+def test_modes_after_a_block(report, words):
+    said = modes_mistake(("M4S0", "G1X1Y1F1200S500", "M5", "G4P0.01"), report)
+    assert said is None if words is None else words in str(said)
 
 
 def test_a_limit_mutes_it_until_a_reset(tmp_path):
