@@ -12,10 +12,10 @@ from typing import Any
 from unittest import mock
 
 from rigs.arming import Arming
+from rigs.block_writer import gcode_style
 from rigs.errors import JobError, MachineError
 from rigs.grbl import Status
 from rigs.job import Block, Job, MachinePoint
-from rigs.block_writer import gcode_style
 from rigs.journal import Journal, read_journal
 from rigs.motion_time import line_seconds
 from rigs.replay import Mode, replay

@@ -7,10 +7,10 @@ import dataclasses
 import msgspec
 import pytest
 
+from rigs.block_writer import gcode_style
 from rigs.dialects import DIALECTS, dialect_mistake, spoken_dialect
 from rigs.emulator import start_emulator
 from rigs.errors import JobError, MachineError
-from rigs.block_writer import gcode_style
 from rigs.marlin import MarlinLink, marlin_line
 from rigs.probe import probe
 from rigs.profile_writer import profile_toml
