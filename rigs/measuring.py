@@ -98,10 +98,24 @@ class SerialGauge:
             MachineError: if the port vanished.
             JobError: if it says nothing that is an angle in time, or its readings do not rest.
         """
+        angle, sigma = self.reading(f"M{crease}", f"crease {crease}")
+        return angle if angle < 0.0 else math.copysign(angle, expected_deg), sigma
+
+    def reading(self, question: str, what: str) -> tuple[float, float]:
+        """One reading as the gauge gives it, with its standard deviation, degrees.
+
+        Args:
+            question: sent to a gauge that is asked.
+            what: for messages, such as ``crease 7``.
+
+        Raises:
+            MachineError: if the port vanished.
+            JobError: if it says nothing that is an angle in time, or its readings do not rest.
+        """
         wanted = _READINGS if self.streams else 1
         readings: list[tuple[float, float]] = []
         last = b""
-        for line in self._lines(crease):
+        for line in self._lines(question):
             last = line or last
             reading = read_angle(line)
             if reading is not None:
@@ -110,18 +124,18 @@ class SerialGauge:
                 break
         if len(readings) < wanted:
             said = f"said {last[:40].decode('ascii', 'replace')!a}" if last else "said nothing"
-            raise JobError(f"{self.url}: the gauge {said} for crease {crease}: expected degrees")
+            raise JobError(f"{self.url}: the gauge {said} for {what}: expected degrees")
         angles = sorted(a for a, _ in readings)
         angle, spread = angles[len(angles) // 2], angles[-1] - angles[0]
         sigma = max(max(s for _, s in readings), 0.5 * spread)
         if spread > _RESTLESS_DEG:
             raise JobError(
-                f"{self.url}: the gauge says {angles[0]:.1f}° to {angles[-1]:.1f}° for crease {crease}: "
+                f"{self.url}: the gauge says {angles[0]:.1f}° to {angles[-1]:.1f}° for {what}: "
                 "wait until it rests"
             )
-        return angle if angle < 0.0 else math.copysign(angle, expected_deg), sigma
+        return angle, sigma
 
-    def _lines(self, crease: int) -> Iterator[bytes]:
+    def _lines(self, question: str) -> Iterator[bytes]:
         """Whole lines until the time is over; of a stream the first one may be cut and does not count."""
         deadline = time.monotonic() + self.timeout_s
         buffer = b""
@@ -129,7 +143,7 @@ class SerialGauge:
         try:
             self._port.reset_input_buffer()
             if not self.streams:
-                self._port.write(f"M{crease}\n".encode())
+                self._port.write(f"{question}\n".encode())
             while time.monotonic() < deadline:
                 buffer += self._port.read(max(1, min(int(self._port.in_waiting), 256)))
                 while b"\n" in buffer or b"\r" in buffer:

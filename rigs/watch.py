@@ -8,7 +8,7 @@ from typing import Protocol
 from rigs.grbl import Status
 from rigs.replay_blocks import ReplayBlock
 
-__all__ = ["Steering", "Watch"]
+__all__ = ["Steering", "Watch", "Watches"]
 
 
 class Watch(Protocol):
@@ -25,6 +25,28 @@ class Watch(Protocol):
 
     def confirmed(self, block: ReplayBlock, place: Mapping[str, float], t: float) -> None:
         """A block was executed; the machine stands at ``place``."""
+
+
+class Watches:
+    """Several watches as one."""
+
+    def __init__(self, *watches: Watch) -> None:
+        self.watches = watches
+
+    def begins(self, block: ReplayBlock, seconds: float, t: float) -> None:
+        """Tell all of them."""
+        for watch in self.watches:
+            watch.begins(block, seconds, t)
+
+    def reports(self, status: Status, place: Mapping[str, float], t: float) -> None:
+        """Tell all of them."""
+        for watch in self.watches:
+            watch.reports(status, place, t)
+
+    def confirmed(self, block: ReplayBlock, place: Mapping[str, float], t: float) -> None:
+        """Tell all of them."""
+        for watch in self.watches:
+            watch.confirmed(block, place, t)
 
 
 class Steering(Protocol):

@@ -141,6 +141,10 @@ def replay(
             "or a camera file (.toml).",
         ),
     ] = None,
+    encoder: Annotated[
+        str | None,
+        Parameter(metavar="URL", help="Port of an encoder on the rotary; every turn is checked by it."),
+    ] = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
@@ -164,7 +168,7 @@ def replay(
     if is_virtual(measure) and port != "emulator":
         raise UsageError("--measure virtual is for --port emulator: a real part has to be measured")
     summary = replay_bundle(
-        bundle, port, mode, yes=yes, trace=trace, shadow=shadow, measure=measure,
+        bundle, port, mode, yes=yes, trace=trace, shadow=shadow, measure=measure, encoder=encoder,
         progress=Progress(quiet=quiet or json),
     )  # fmt: skip
     print_summary(summary, as_json=json)

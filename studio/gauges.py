@@ -12,10 +12,11 @@ from studio.errors import UsageError
 from studio.workspace import Workspace
 
 if TYPE_CHECKING:
-    from rigs.measuring import Measure
+    from rigs.measuring import Measure, SerialGauge
+    from rigs.rotary_encoder import RotaryEncoder
     from twin.workpiece import Workpiece
 
-__all__ = ["CAMERA", "TYPED", "VIRTUAL", "gauge_of", "is_virtual", "workpiece_of"]
+__all__ = ["CAMERA", "TYPED", "VIRTUAL", "encoder_of", "gauge_of", "is_virtual", "workpiece_of"]
 
 TYPED, VIRTUAL, CAMERA = "typed", "virtual", "virtual-camera"
 """Ways to measure beside a port and a camera file: a person types; the part in the emulated machine is
@@ -54,7 +55,7 @@ def gauge_of(ws: Workspace, measure: str, trace: Path | None, stack: contextlib.
         MachineError: if gauge or camera do not answer.
         ProfileError: if the camera file has a mistake.
     """
-    from rigs.measuring import SerialGauge, TypedGauge
+    from rigs.measuring import TypedGauge
 
     if measure == TYPED:
         if not sys.stdin.isatty():
@@ -69,11 +70,44 @@ def gauge_of(ws: Workspace, measure: str, trace: Path | None, stack: contextlib.
         net = ws.plan.net
         file = read_camera(Path(measure), len(net.faces))
         return CameraGauge(net, file, open_pictures(file.camera.source))
-    match = _PORT.fullmatch(measure.removeprefix(_STREAM))
+    return _port("--measure", measure, stack)
+
+
+def encoder_of(ws: Workspace, port: str, trace: Path | None, stack: contextlib.ExitStack) -> RotaryEncoder:
+    """What reads the encoder of the rotary.
+
+    Args:
+        ws: the bundle.
+        port: of the encoder, written as that of a gauge; ``virtual`` for the emulated machine's.
+        trace: of the emulated machine.
+        stack: closes what is opened.
+
+    Raises:
+        UsageError: if it makes no sense here.
+        MachineError: if the encoder does not answer.
+    """
+    from rigs.rotary_encoder import RotaryEncoder
+
+    if port == VIRTUAL:
+        if trace is None:
+            raise UsageError("--encoder virtual is for --port emulator: a real machine needs a real encoder")
+        from twin.gauge_port import gauge_port
+        from twin.traced_part import TracedPart
+
+        port = stack.enter_context(gauge_port(TracedPart(trace, ws.rig, workpiece_of(ws))))
+    gauge = _port("--encoder", port, stack)
+    return RotaryEncoder(ws.rig, lambda: gauge.reading("A", "the rotary")[0])
+
+
+def _port(flag: str, text: str, stack: contextlib.ExitStack) -> SerialGauge:
+    """A gauge on a port, ``[stream:]URL[@BAUD]``."""
+    from rigs.measuring import SerialGauge
+
+    match = _PORT.fullmatch(text.removeprefix(_STREAM))
     baud = int(match[2] or _BAUD) if match else 0
     if match is None or not _BAUDS[0] <= baud <= _BAUDS[1]:
-        raise UsageError(f"--measure {measure}: expected the port of a gauge, such as /dev/ttyUSB1@9600")
-    gauge = SerialGauge(match[1], baud=baud, streams=measure.startswith(_STREAM))
+        raise UsageError(f"{flag} {text}: expected the port of a gauge, such as /dev/ttyUSB1@9600")
+    gauge = SerialGauge(match[1], baud=baud, streams=text.startswith(_STREAM))
     stack.callback(gauge.close)
     return gauge
 

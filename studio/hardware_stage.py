@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studio.errors import UsageError
-from studio.gauges import gauge_of, workpiece_of
+from studio.gauges import encoder_of, gauge_of, workpiece_of
 from studio.workspace import Workspace
 
 if TYPE_CHECKING:
     from rigs.angle_steering import AngleSteering
     from rigs.job import Job
+    from rigs.rotary_encoder import RotaryEncoder
     from rigs.watch import Watch
     from twin.shadow import Shadow
 
@@ -26,14 +27,16 @@ class Hardware:
     """What looks at a replay and steers it.
 
     Attributes:
-        watch: the shadow, or None.
+        watch: shadow and encoder, or None.
         steering: makes passes by measured angles, or None.
         shadow: the shadow alone, or None.
+        encoder: what reads the encoder of the rotary, or None.
     """
 
     watch: Watch | None
     steering: AngleSteering | None
     shadow: Shadow | None
+    encoder: RotaryEncoder | None = None
 
     def words(self) -> list[str]:
         """What they found, for the summary."""
@@ -46,6 +49,8 @@ class Hardware:
                 f"{max(seen.late_s, 0.0):.1f} s late, doses within {seen.dose_off:.1%}; "
                 f"folded {100.0 * part.completion():.1f} %, {part.shape_rms_mm():.2f} mm rms"
             )
+        if self.encoder is not None:
+            out.append(f"encoder: {self.encoder.turns} turns, at most {self.encoder.off_deg:.2f}° off")
         if self.steering is not None and self.steering.readings:
             made = sum(r.made for r in self.steering.readings)
             planned = sum(r.planned for r in self.steering.readings)
@@ -59,7 +64,14 @@ class Hardware:
 
 @contextlib.contextmanager
 def hardware(
-    ws: Workspace, job: Job, *, shadow: bool, measure: str | None, lit: bool, trace: Path | None = None
+    ws: Workspace,
+    job: Job,
+    *,
+    shadow: bool,
+    measure: str | None,
+    lit: bool,
+    trace: Path | None = None,
+    encoder: str | None = None,
 ) -> Iterator[Hardware]:
     """Set up what looks at a replay, while the block runs.
 
@@ -69,6 +81,7 @@ def hardware(
         shadow: the twin's shadow follows and stops the machine where it differs.
         measure: how creases are measured; ``gauge_of`` says which ways there are.
         lit: the replay fires.
+        encoder: port of an encoder on the rotary, ``virtual`` for that of the emulated machine.
         trace: file in which the emulated machine tells what it does, None for a real one.
 
     Raises:
@@ -76,6 +89,7 @@ def hardware(
         MachineError: if the gauge does not answer.
         ProfileError: if a camera file has a mistake.
     """
+    from rigs.watch import Watches
     from twin.shadow import Shadow
 
     with contextlib.ExitStack() as stack:
@@ -88,7 +102,9 @@ def hardware(
                 raise UsageError("--measure needs --arm: without light nothing folds")
             gauge = gauge_of(ws, measure, trace, stack)
             steering = AngleSteering(job, ws.process, gauge, _accept(ws), told=_into(made))
-        yield Hardware(made, steering, made)
+        turns = encoder_of(ws, encoder, trace, stack) if encoder is not None else None
+        watches = [w for w in (turns, made) if w is not None]
+        yield Hardware(Watches(*watches) if watches else None, steering, made, turns)
 
 
 def _into(shadow: Shadow | None) -> Callable[[int, float], None]:

@@ -105,6 +105,7 @@ def replay_bundle(
     trace: Path | None = None,
     shadow: bool = False,
     measure: str | None = None,
+    encoder: str | None = None,
     progress: Progress,
 ) -> Summary:
     """Replay the job of a bundle; the journal stays in it whatever happens, other files are left alone."""
@@ -112,7 +113,14 @@ def replay_bundle(
         target,
         progress,
         lambda ws: replay_stage(
-            ws, port, mode, confirm=ask_person(yes=yes), trace=trace, shadow=shadow, measure=measure
+            ws,
+            port,
+            mode,
+            confirm=ask_person(yes=yes),
+            trace=trace,
+            shadow=shadow,
+            measure=measure,
+            encoder=encoder,
         ),
     )
 

@@ -43,6 +43,7 @@ def replay_stage(
     trace: Path | None = None,
     shadow: bool = False,
     measure: str | None = None,
+    encoder: str | None = None,
 ) -> str:
     """Send the job and keep the journal in the bundle; returns the outcome in words.
 
@@ -54,6 +55,7 @@ def replay_stage(
         trace: file for what the emulated machine did.
         shadow: the twin follows and stops the machine where it differs.
         measure: how creases are measured after their passes, see ``studio.gauges``.
+        encoder: port of an encoder on the rotary, or ``virtual`` for the emulated machine's.
 
     Raises:
         BundleError: if the bundle has no job.
@@ -69,11 +71,11 @@ def replay_stage(
         raise UsageError("--shadow follows a job: --frame only traces its outline")
     journal = next_journal(ws)
     with contextlib.ExitStack() as stack:
-        if trace is None and is_virtual(measure) and port == EMULATOR:
+        if trace is None and (is_virtual(measure) or is_virtual(encoder)) and port == EMULATOR:
             trace = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "trace.jsonl"
         url = stack.enter_context(machine_of(ws, port, trace))
         beside = stack.enter_context(
-            hardware(ws, job, shadow=shadow, measure=measure, lit=mode == "arm", trace=trace)
+            hardware(ws, job, shadow=shadow, measure=measure, lit=mode == "arm", trace=trace, encoder=encoder)
         )
         stack.enter_context(ws.progress.stage("replay", f"{mode} on {port}"))
         done = replay(

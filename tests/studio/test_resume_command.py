@@ -171,9 +171,11 @@ def test_a_camera_file_that_is_missing_or_wrong(bundle, capsys, tmp_path):
 def test_shadow_and_measured_passes(bundle, capsys):
     """A part that bends a fifth less than the model: measured, it gets more passes and its goal shape."""
     replay = ["replay", str(bundle), "--port", "emulator", "--arm", "--shadow", "-q", "--json"]
+    replay += ["--encoder", "virtual"]
     assert main(replay) == 0
     plain = json.loads(capsys.readouterr().out)["replay"]
     assert "0.000 mm off the path" in plain and "folded 100.0 %" in plain
+    assert "encoder: " in plain and "at most 0.00° off" in plain
     assert main([*replay, "--measure", "virtual:0.8"]) == 0
     words = json.loads(capsys.readouterr().out)["replay"]
     assert "a pass is worth 0.8" in words and "measured" in words
@@ -192,6 +194,7 @@ def test_shadow_and_measured_passes(bundle, capsys):
         ["--measure", "virtual-camera:0", "--arm"],
         ["--measure", "/dev/none@7", "--arm"],
         ["--measure", "none.toml"],
+        ["--measure", "virtual:x", "--arm", "--encoder", "virtual"],
         ["--measure", "virtual"],
         ["--measure", "typed", "--arm"],
         ["--measure", "virtual:9", "--arm"],

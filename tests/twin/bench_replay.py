@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
@@ -27,7 +28,7 @@ def bench_replay(
     trace: Path | None = None,
 ) -> GrblMachine:
     """Run blocks with a report every ``REPORT_S``; ``change`` says what is really sent of a block."""
-    with trace.open("w", encoding="ascii") if trace else open("/dev/null", "w", encoding="ascii") as file:  # noqa: PTH123
+    with (trace or Path(os.devnull)).open("w", encoding="ascii", buffering=1) as file:
         machine = GrblMachine(config_for(rig), Trace(file), read_faults(faults))
         machine.state = "Idle"
         machine.motion.position = (0.0,) * len(rig.axis_words)

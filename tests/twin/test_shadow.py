@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
 import socket
@@ -13,7 +14,9 @@ from rigs.angle_steering import AngleSteering
 from rigs.errors import MachineError
 from rigs.grbl import Status
 from rigs.measuring import SerialGauge
-from rigs.replay_blocks import replay_job
+from rigs.replay_blocks import lit_block, replay_job
+from rigs.rotary_encoder import RotaryEncoder
+from rigs.watch import Watches
 from tests.rigs.made_jobs import made
 from tests.twin.bench_replay import bench_replay
 from tests.twin.star_replay import STEEL, heat_all, made_star, part_of, run
@@ -86,7 +89,7 @@ def test_the_journal_afterwards_gives_the_same_picture(star, tmp_path):
             )
         folder = tmp_path / name
         folder.mkdir()
-        watch = Both(shadow, VirtualPart(job, part))
+        watch = Watches(shadow, VirtualPart(job, part))
         journal = run(star, folder, watch=watch, steering=steering)
         again = journal_shadow(journal, job, rig, part_of(star))
         assert again.part.angles_rad == pytest.approx(shadow.part.angles_rad, abs=1e-9)
@@ -97,25 +100,6 @@ def test_the_journal_afterwards_gives_the_same_picture(star, tmp_path):
 
 def gauge_of(part):
     return lambda crease, _: (math.degrees(part.angles_rad.get(crease, 0.0)), 0.1)
-
-
-class Both:
-    """Two watches as one."""
-
-    def __init__(self, *watches):
-        self.watches = watches
-
-    def begins(self, *args):
-        for watch in self.watches:
-            watch.begins(*args)
-
-    def reports(self, *args):
-        for watch in self.watches:
-            watch.reports(*args)
-
-    def confirmed(self, *args):
-        for watch in self.watches:
-            watch.confirmed(*args)
 
 
 def test_the_shadow_of_a_dry_run_folds_nothing(star, tmp_path):
@@ -273,6 +257,29 @@ def test_the_traced_part_is_folded_by_what_the_beam_burnt(star, tmp_path):
     )
     runs(star, trace=bad.path, faults=("slip:X2@30",))
     assert not bad.update().angles_rad and bad.beside_j > good.beside_j
+
+
+def test_lost_steps_of_the_rotary_stop_before_light(star, tmp_path):
+    """T21: the controller believes to be where it should, an encoder on the rotary says otherwise."""
+    _, _, rig, job = star
+    plan = replay_job(job)
+    turn = next(
+        k for k, b in enumerate(plan.blocks) if b.kind == "rotate" and dict(b.expect).get("A", 0.0) > 90.0
+    )
+    lines = sum(len(lit_block(b)) for b in plan.blocks[:turn])
+    for name, faults in (("good", ()), ("bad", (f"slip:A-5@{lines + 1}",))):
+        traced = TracedPart(tmp_path / name, rig, part_of(star))
+        with gauge_port(traced) as url, contextlib.closing(SerialGauge(url, timeout_s=5.0)) as gauge:
+            encoder = RotaryEncoder(rig, lambda gauge=gauge: gauge.reading("A", "the rotary")[0])
+            if name == "good":
+                bench_replay(plan.blocks[: turn + 3], rig, encoder, trace=traced.path)
+                assert encoder.turns >= 2 and encoder.off_deg < 0.05
+                continue
+            with pytest.raises(
+                MachineError, match=r"encoder has the rotary at 175\.0.*controller at -?180\.0"
+            ):
+                bench_replay(plan.blocks, rig, encoder, faults=faults, trace=traced.path)
+            assert not traced.update().angles_rad  # no pass after the turn
 
 
 def test_the_gauge_on_the_port_measures_the_traced_part(star, tmp_path):
