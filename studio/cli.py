@@ -34,6 +34,7 @@ from studio import (
     commands_stages,
     commands_testgrid,
     commands_trace,
+    commands_view,
 )
 from studio.config_file import apply_config
 from studio.exit_codes import BAD_INPUT, exit_code_of
@@ -74,7 +75,8 @@ for _command in (
     commands_make.make, commands_lists.check, commands_net.net, commands_stages.plan,
     commands_certify.certify, commands_stages.validate, commands_stages.job, commands_stages.replay,
     commands_resume.resume, commands_shadow.shadow, commands_trace.trace,
-    commands_stages.report, commands_export.export, commands_guide.guide, commands_compare.compare,
+    commands_stages.report, commands_view.view, commands_export.export, commands_guide.guide,
+    commands_compare.compare,
     commands_explain.explain, commands_scatter.scatter, commands_bend.bend,
     commands_testgrid.testgrid, commands_calibrate.calibrate,
     commands_rigs.rigs, commands_materials.materials, commands_make.demo, commands_bench.bench,

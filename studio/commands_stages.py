@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from studio.commands_make import exit_code
+from studio.commands_view import ViewPort
 from studio.errors import UsageError
 from studio.exit_codes import DONE
 from studio.flags import (
@@ -22,6 +23,7 @@ from studio.flags import (
     Tilt,
     Without,
 )  # fmt: skip
+from studio.live_server import DEFAULT_PORT
 from studio.options import PlanOptions
 from studio.progress import Progress
 from studio.summary import print_summary
@@ -145,6 +147,11 @@ def replay(
         str | None,
         Parameter(metavar="URL", help="Port of an encoder on the rotary; every turn is checked by it."),
     ] = None,
+    view: Annotated[
+        bool,
+        Parameter(show_default=False, help="Show machine and twin side by side in a browser (extra: view)."),
+    ] = False,
+    view_port: ViewPort = DEFAULT_PORT,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
@@ -169,7 +176,7 @@ def replay(
         raise UsageError("--measure virtual is for --port emulator: a real part has to be measured")
     summary = replay_bundle(
         bundle, port, mode, yes=yes, trace=trace, shadow=shadow, measure=measure, encoder=encoder,
-        progress=Progress(quiet=quiet or json),
+        view_port=view_port if view else None, progress=Progress(quiet=quiet or json),
     )  # fmt: skip
     print_summary(summary, as_json=json)
     return DONE

@@ -106,6 +106,7 @@ def replay_bundle(
     shadow: bool = False,
     measure: str | None = None,
     encoder: str | None = None,
+    view_port: int | None = None,
     progress: Progress,
 ) -> Summary:
     """Replay the job of a bundle; the journal stays in it whatever happens, other files are left alone."""
@@ -121,6 +122,7 @@ def replay_bundle(
             shadow=shadow,
             measure=measure,
             encoder=encoder,
+            view_port=view_port,
         ),
     )
 

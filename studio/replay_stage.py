@@ -14,11 +14,13 @@ from studio.bundle_summary import validation_values
 from studio.errors import UsageError
 from studio.gauges import is_virtual
 from studio.hardware_stage import hardware
+from studio.live_stage import replay_view, watched
 from studio.workspace import RIG_FILE, Workspace
 
 if TYPE_CHECKING:
     from rigs.replay import Progress as Position
     from rigs.replay_checks import Certificate
+    from studio.live_replay import ReplayView
 
 __all__ = [
     "EMULATOR", "JOURNAL_PREFIX", "ask_person", "certificate_of", "machine_of", "next_journal",
@@ -44,6 +46,7 @@ def replay_stage(
     shadow: bool = False,
     measure: str | None = None,
     encoder: str | None = None,
+    view_port: int | None = None,
 ) -> str:
     """Send the job and keep the journal in the bundle; returns the outcome in words.
 
@@ -56,11 +59,13 @@ def replay_stage(
         shadow: the twin follows and stops the machine where it differs.
         measure: how creases are measured after their passes, see ``studio.gauges``.
         encoder: port of an encoder on the rotary, or ``virtual`` for the emulated machine's.
+        view_port: where the live view of machine and twin listens; None: no view.
 
     Raises:
         BundleError: if the bundle has no job.
         JobError: if the job may not be armed.
         MachineError: if the machine refuses, fails or vanishes.
+        ViewError: if the live view cannot be shown; nothing was sent then.
     """
     from rigs.job_file import read_job
     from rigs.replay import replay
@@ -71,6 +76,7 @@ def replay_stage(
         raise UsageError("--shadow follows a job: --frame only traces its outline")
     journal = next_journal(ws)
     with contextlib.ExitStack() as stack:
+        seen = stack.enter_context(replay_view(ws, job, mode, view_port))
         if trace is None and (is_virtual(measure) or is_virtual(encoder)) and port == EMULATOR:
             trace = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "trace.jsonl"
         url = stack.enter_context(machine_of(ws, port, trace))
@@ -80,20 +86,23 @@ def replay_stage(
         stack.enter_context(ws.progress.stage("replay", f"{mode} on {port}"))
         done = replay(
             job, url, rig=ws.rig, journal_path=journal, mode=mode, certificate=certificate_of(ws),
-            confirm=confirm, ask=confirm, on_progress=told(ws), watch=beside.watch, steering=beside.steering,
+            confirm=confirm, ask=confirm, on_progress=told(ws, seen), watch=watched(beside.watch, seen),
+            steering=beside.steering,
         )  # fmt: skip
     what = "EMULATED" if done.emulated else "REAL machine"
     words = f"{mode} on {what}: {done.outcome}, {len(done.done)} blocks confirmed, {journal.name}"
     return "; ".join([words, *beside.words()])
 
 
-def told(ws: Workspace) -> Callable[[Position], None]:
-    """A function that shows where a replay stands."""
+def told(ws: Workspace, seen: ReplayView | None = None) -> Callable[[Position], None]:
+    """A function that shows where a replay stands, in the live view, too, if there is one."""
 
     def tell(at: Position) -> None:
         where = "EMULATED " if at.emulated else "REAL MACHINE "
         step = f", step {at.step}" if at.step >= 0 else ""
         ws.progress.update(at.block / max(at.blocks, 1), f"{where}block {at.block} of {at.blocks}{step}")
+        if seen is not None:
+            seen.progress(at)
 
     return tell
 

@@ -31,6 +31,7 @@ COMMANDS = (
     "shadow",
     "trace",
     "report",
+    "view",
     "export",
     "guide",
     "compare",
