@@ -11,8 +11,9 @@ import pytest
 from rigs.errors import ProfileError
 from tests.twin.burnt_tables import STEEL, THICKNESS, TRUE, burnt
 from twin.calibration import Fit, calibrate
-from twin.calibration_table import CalibrationTable
+from twin.calibration_table import BurntCrease, CalibrationTable
 from twin.errors import CalibrationError
+from twin.pass_fit import predict
 
 
 def names_of(fit: Fit) -> list[str]:
@@ -42,12 +43,28 @@ def test_a_left_out_setting_is_predicted():
     table = burnt(noise=0.06, seed=4)
     seen = CalibrationTable(table.name, tuple(r for r in table.rows if r.power_w != 11.0), ())
     fit = calibrate(seen, STEEL, THICKNESS)
-    from twin.pass_fit import predict
-
     unseen = [r for r in burnt().rows if r.power_w == 11.0 and r.passes == 20]
     values = {p.name: p.value for p in fit.parameters}
     found = predict(STEEL, unseen, THICKNESS, **values)
     np.testing.assert_allclose(found, [r.angle_deg for r in unseen], rtol=0.15)
+
+
+def test_a_table_of_another_model_is_predicted_too():
+    """The section model stands for metal: it knows nothing of the pass law and threshold that are fitted."""
+    from twin.section_model import SectionCase, section_passes
+
+    rows = []
+    for power, speed in ((4.0, 50.0), (6.0, 50.0), (8.0, 50.0), (5.0, 100.0), (7.0, 100.0), (9.0, 100.0)):
+        chain = section_passes([SectionCase(STEEL, THICKNESS, power, speed, 0.1, 0.40)], 15)[0].angle_rad
+        for passes in (1, 6, 15):
+            angle = math.degrees(float(chain[:passes].sum()))
+            rows.append(BurntCrease(len(rows) + 2, power, speed, 0.1, None, passes, 20.0, angle))
+    fit = calibrate(CalibrationTable("section.csv", tuple(rows), ()), STEEL, THICKNESS)
+    uncalibrated = predict(STEEL, rows, THICKNESS, 0.35, 1.0, 83.0)
+    measured = np.array([row.angle_deg for row in rows])
+    before = np.sqrt(np.mean(((uncalibrated - measured) / np.maximum(measured, 1.0)) ** 2))
+    assert fit.left_out.rms < 0.15 < before
+    assert fit.rms < 0.5 * before
 
 
 def test_one_wild_row_does_not_spoil_it():
