@@ -16,6 +16,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from rigs.emulator import start_emulator
@@ -23,7 +24,7 @@ from rigs.job import Job
 from rigs.replay import replay
 from rigs.replay_blocks import PlainBlock, ReplayJob, replay_job
 from rigs.rig import Rig
-from tests.rigs.fault_runs import fault_job, simulated
+from tests.rigs.fault_runs import simulated
 from tests.rigs.made_jobs import made
 from tests.rigs.replay_jobs import RIG, small_job
 from tests.rigs.test_odd_peers import GOOD, STATUS
@@ -63,17 +64,21 @@ def null_job(blocks: int) -> ReplayJob:
     return ReplayJob(tuple(made_blocks), "a" * 64, RIG.sha256, "c" * 64)
 
 
-def lines_per_second(folder: Path) -> float:
-    """Host against the null peer; the peer is Python too and shares the process."""
+def lines_per_second(folder: Path) -> tuple[float, float]:
+    """Host against the null peer: lines in a second, and in a second of the host's own CPU time.
+
+    The peer is Python too and shares the process; the second figure does not depend on other load.
+    """
     job = null_job(1500)
     lines = sum(len(b.lines) + 1 for b in job.blocks)
-    best = 0.0
-    for number in range(3):
+    wall, own = 0.0, 0.0
+    for number in range(5):
         with null_peer() as url:
-            start = time.perf_counter()
+            start, cpu = time.perf_counter(), time.thread_time()
             replay(job, url, rig=RIG, journal_path=folder / f"null-{number}", mode="dry-run")
-            best = max(best, lines / (time.perf_counter() - start))
-    return best
+            wall = max(wall, lines / (time.perf_counter() - start))
+            own = max(own, lines / (time.thread_time() - cpu))
+    return wall, own
 
 
 def overhead_ms(folder: Path, latency_s: float) -> float:
@@ -112,12 +117,11 @@ def cpu_share(folder: Path) -> float:
 
 
 def jobs() -> Iterator[tuple[str, Job, Rig]]:
-    """Twenty jobs: three shapes, two rigs, tilts and materials, and the hand-made one."""
-    yield "by hand", fault_job(), RIG
+    """Twenty-four jobs: three shapes, two rigs, tilts and materials."""
     for goal in ("star", "box", "ball"):
         for material in ("304", "316", "1095"):
             for rig, tilt in (("grbl-4axis", 0.0), ("galvo-like", 0.0), ("grbl-4axis", 15.0)):
-                if (goal, material, tilt) in (("ball", "1095", 15.0), ("ball", "1095", 0.0)):
+                if (goal, material) == ("ball", "1095"):
                     continue
                 _, _, machine, job = made(goal, rig, material, tilt_deg=tilt)
                 yield f"{goal}, {material}, {rig}, {tilt:g} degrees", job, machine
@@ -127,8 +131,6 @@ def estimates(folder: Path, most_blocks: int = 400) -> list[tuple[str, float, fl
     """(job, estimated, executed) in seconds, from the first block after the way to the work."""
     rows = []
     for number, (name, job, rig) in enumerate(jobs()):
-        from dataclasses import replace
-
         short = replace(job, blocks=job.blocks[:most_blocks])
         run = simulated(replay_job(short), folder / f"eta-{number}", rig=rig, alone_s=1.0)
         assert run.error is None, (name, run.error)
@@ -144,7 +146,9 @@ def main() -> None:
         folder = Path(place)
         print(f"computer: {os.cpu_count()} cores\n")
         print("| what | figure | goal |\n|---|---|---|")
-        print(f"| host against a null peer | {lines_per_second(folder):.0f} lines/s | 5000 |")
+        wall, own = lines_per_second(folder)
+        print(f"| host against a null peer | {wall:.0f} lines/s | 5000 |")
+        print(f"| the same, by its own CPU time | {own:.0f} lines/s | |")
         print(f"| a confirmed pass over its motion, 115 200 baud | {overhead_ms(folder, 0.0):.1f} ms | 35 |")
         print(f"| the same with 4 ms of latency each way | {overhead_ms(folder, 0.004):.1f} ms | |")
         print(f"| one INTENT with fsync, light off | {fsync_ms(folder):.2f} ms | |")

@@ -6,6 +6,8 @@ of its time. A fold pass in doubt is never repeated, since dose adds up; a perso
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
@@ -21,6 +23,10 @@ __all__ = ["Decision", "Doubt", "Standing", "blocks_left", "pass_groups", "resum
 Decision = Literal["done", "redo", "abandon"]
 """What becomes of the block in doubt: it counts as burnt; it is burnt again (cuts only); its crease is left
 as it is from here on (passes only)."""
+
+_ON_PATH_MM = 0.05
+_SURE = 0.95
+"""Share of the light up to a reported place that counts as sure: ramps take longer than their length says."""
 
 _AFTER_S = 0.5
 """Light may go on for this long after the last record before the stop."""
@@ -137,12 +143,35 @@ def _doubt(journal: Journal, job: Job) -> Doubt | None:
     if not 0 <= number < len(job.blocks):
         raise JobError(f"{journal.path}: names block {number}, the job has {len(job.blocks)}")
     block = job.blocks[number]
+    start = max(n for n, r in enumerate(journal.records) if r["kind"] == "intent" and r["block"] == number)
+    begun, last = journal.records[start], journal.records[-1]
+    least = max((_burnt_s(r, block) for r in journal.records[start:] if _shows_light(r, number)), default=0.0)
     most = block.beam_s
-    begun = next(r for r in reversed(journal.records) if r["kind"] == "intent" and r["block"] == number)
-    last = journal.records[-1]
     if last["kind"] == "end":  # the host saw the stop: light cannot have burnt longer than until then
-        most = min(most, max(last["t"] - begun["t"], 0.0) + _AFTER_S)
-    return Doubt(number, block.step, block.kind, block.crease, 0.0, most, block.beam_s)
+        went_on = max(last["t"] - begun["t"], 0.0)
+        late = max(went_on - block.seconds, 0.0)  # a damaged feed: it ran for longer than planned
+        most = min(most + late + (_AFTER_S if late else 0.0), went_on + _AFTER_S)
+    return Doubt(number, block.step, block.kind, block.crease, min(least, most), most, block.beam_s)
+
+
+def _shows_light(record: Mapping[str, Any], number: int) -> bool:
+    return record["kind"] == "status" and record["block"] == number and (record.get("s") or 0.0) > 0.0
+
+
+def _burnt_s(record: Mapping[str, Any], block: Block) -> float:
+    """Seconds of light that a block has had when it reported this place with the light on; 0 off its path."""
+    place = (float(record["at"][0]), float(record["at"][1]))
+    before = 0.0
+    for a, b in itertools.pairwise(block.path):
+        length = math.dist(a, b)
+        flat = math.dist(a[:2], b[:2])
+        if flat > 0.0:
+            along = ((place[0] - a[0]) * (b[0] - a[0]) + (place[1] - a[1]) * (b[1] - a[1])) / flat**2
+            off = math.dist(place, (a[0] + along * (b[0] - a[0]), a[1] + along * (b[1] - a[1])))
+            if off < _ON_PATH_MM and 0.0 <= along <= 1.0:
+                return (before + along * length) / block.lit_length_mm * block.beam_s * _SURE
+        before += length
+    return 0.0
 
 
 def blocks_left(

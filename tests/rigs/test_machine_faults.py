@@ -14,6 +14,7 @@ from rigs.journal import read_journal
 from rigs.modes import modes_mistake
 from rigs.replay_blocks import lit_block
 from rigs.replay_checks import Certificate
+from rigs.resume import standing
 from tests.rigs.fault_runs import (
     check_end,
     check_light,
@@ -305,6 +306,34 @@ def test_stop_to_dark(tmp_path):
         last = max(r["t1"] for r in run.lit)
         assert last <= START + seconds + 0.150
         assert run.journal is not None and run.journal.outcome == "stopped"
+
+
+@pytest.mark.parametrize("seconds", [2.0, 2.35, 2.7, 3.3, 5.6, 5.95, 9.2, 9.4, 14.6])
+def test_the_bounds_of_the_dose_in_doubt_hold(tmp_path, seconds):
+    """What the journal says of the doubted block, against what the machine really burnt."""
+
+    def stopped(link: SimulatedLink) -> None:
+        raise KeyboardInterrupt
+
+    run = simulated(PLAN, tmp_path / "first.jsonl", **at(seconds, stopped))
+    assert run.journal is not None
+    doubt = standing([run.journal], JOB).doubt
+    if doubt is None:
+        return
+    sent = next(t for t, b in run.begun if b.index == doubt.block)
+    burnt = sum(r["t1"] - r["t0"] for r in run.lit if r["t0"] >= sent)
+    assert doubt.least_s <= burnt + 1e-3
+    assert burnt <= doubt.most_s + 1e-3
+    assert doubt.most_s <= doubt.whole_s + 1.0
+
+
+def test_some_light_is_sure_where_a_report_showed_it(tmp_path):
+    def stopped(link: SimulatedLink) -> None:
+        raise KeyboardInterrupt
+
+    run = simulated(PLAN, tmp_path / "first.jsonl", **at(2.35, stopped))
+    doubt = standing([run.journal], JOB).doubt
+    assert doubt is not None and doubt.least_s > 0.1
 
 
 def test_a_stop_from_another_thread(tmp_path):
