@@ -132,4 +132,4 @@ def test_everything_that_listens_is_on_the_loopback_address(repository):
             for call in re.findall(r"create_server\(([^)]*)\)", text):
                 found += 1
                 assert call.startswith('("127.0.0.1"'), f"{path}: {call}"
-    assert found == 1  # the emulated machine
+    assert found >= 1  # the emulated machine, for one
