@@ -17,7 +17,7 @@ from studio.words import blocked_text, degrees, step_op, step_text
 
 __all__ = ["steps_values", "viewer_values"]
 
-DIGITS_MM = 5
+DIGITS_MM = 6
 """Decimals of lengths in the page: forward kinematics in the page stays within 1e-4 mm of the planner's."""
 
 

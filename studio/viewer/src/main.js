@@ -27,6 +27,12 @@ try {
   el("view-note").hidden = false;
 }
 
+const table = el("steps");
+let tableInSight = false;
+new IntersectionObserver(([entry]) => {
+  tableInSight = entry.isIntersecting;
+  if (tableInSight) scrollToRow();
+}).observe(table);
 const rows = Array.from(document.querySelectorAll("tr[data-step]"));
 const net = new Net(plan, timeline, pick);
 const player = new Player(timeline, show);
@@ -55,11 +61,15 @@ function say() {
     markedRow?.classList.remove("now");
     row?.classList.add("now");
     markedRow = row;
-    const frame = row?.closest(".scroll");
-    if (frame) frame.scrollTop = row.offsetTop - 0.4 * frame.clientHeight;
+    if (tableInSight) scrollToRow();
   }
   net.burn(state.active >= 0 ? plan.creaseOf[state.active] : -1);
   if (look.face >= 0) tellPicked();
+}
+
+/** The table follows only while it is on the screen: drawing it again costs more than all the rest. */
+function scrollToRow() {
+  if (markedRow) table.scrollTop = markedRow.offsetTop - 0.4 * table.clientHeight;
 }
 
 function tellPicked() {
@@ -156,7 +166,6 @@ el("net").addEventListener("keydown", (event) => {
   });
 });
 document.addEventListener("keydown", (event) => { if (event.key === "Escape") pick(null); });
-const table = el("steps");
 table.addEventListener("keydown", (event) => {
   player.key(event, { ArrowDown: () => player.step(1), ArrowUp: () => player.step(-1) });
 });
