@@ -13,6 +13,7 @@ import argparse
 import csv
 import json
 import os
+import queue
 import shutil
 import signal
 import subprocess
@@ -61,11 +62,18 @@ def mesh_kind(path: Path) -> tuple[str, int]:
     return ("open" if 1 in count.values() else "closed"), faces
 
 
-def run_limited(command: Sequence[str], limit_s: float) -> tuple[int, str, str]:
-    """Exit code, stdout and stderr; with TIMEOUT_EXIT when the process and its children had to be ended."""
+def run_limited(
+    command: Sequence[str], limit_s: float, processors: frozenset[int] = frozenset()
+) -> tuple[int, str, str]:
+    """Exit code, stdout and stderr; with TIMEOUT_EXIT when the process and its children had to be ended.
+
+    ``processors``: those that it may use; empty: all.
+    """
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
+    if processors:
+        os.sched_setaffinity(process.pid, processors)  # its threads and children are confined as well
     try:
         out, err = process.communicate(timeout=limit_s)
     except subprocess.TimeoutExpired:
@@ -109,13 +117,31 @@ def run_checker(checker: Path, bundle: Path, limit_s: float) -> str:
         return f"exit {code}: {' '.join((out + err).split())[-200:]}"
 
 
-def run_mesh(path: Path, folder: Path, options: argparse.Namespace) -> Outcome:
+def processor_sets(each: int, jobs: int) -> list[frozenset[int]]:
+    """One set of processors for each job, of ``each`` that no other job has; empty sets where that is 0.
+
+    Raises:
+        ValueError: if there are not enough.
+    """
+    if each == 0:
+        return [frozenset()] * jobs
+    usable = sorted(os.sched_getaffinity(0))
+    if each * jobs > len(usable):
+        raise ValueError(
+            f"{jobs} jobs of {each} processors each need {each * jobs}; {len(usable)} are usable"
+        )
+    return [frozenset(usable[k * each : (k + 1) * each]) for k in range(jobs)]
+
+
+def run_mesh(
+    path: Path, folder: Path, options: argparse.Namespace, processors: frozenset[int] = frozenset()
+) -> Outcome:
     """Make one mesh and collect the figures."""
     kind, faces = mesh_kind(path)
     bundle = folder / path.stem
     command = [options.command, "make", str(path), "-o", str(bundle), "--json", *options.make_option]
     start = time.monotonic()
-    code, out, err = run_limited(command, options.limit)
+    code, out, err = run_limited(command, options.limit, processors)
     seconds = time.monotonic() - start
     plan, net = read_json(bundle / "plan.json"), read_json(bundle / "net.fold")
     verdict = str(read_json(bundle / "validation.json").get("verdict", ""))
@@ -150,6 +176,19 @@ def run_mesh(path: Path, folder: Path, options: argparse.Namespace) -> Outcome:
     return outcome
 
 
+def shape_line(group: Sequence[Outcome]) -> str:
+    """Mean completion, and how many meshes come out as wanted: 99.9 % folded, 0.5 mm from the goal."""
+    planned = [o for o in group if o.completion is not None]
+    if not planned:
+        return "no plan"
+    mean = 100 * sum(o.completion or 0.0 for o in planned) / len(planned)
+    whole = sum((o.completion or 0.0) >= 0.999 and (o.shape_rms_mm or 0.0) <= 0.5 for o in planned)
+    return (
+        f"mean completion {mean:.2f} % of {len(planned)} plans; 99.9 % folded and at most 0.5 mm off: "
+        f"{whole} of {len(group)} ({100 * whole / len(group):.1f} %)"
+    )
+
+
 def summary_lines(outcomes: Sequence[Outcome], limit_s: float) -> list[str]:
     """What the table comes to: shares of folded meshes, exit codes, times and what the checker found."""
     lines = []
@@ -159,6 +198,7 @@ def summary_lines(outcomes: Sequence[Outcome], limit_s: float) -> list[str]:
             good = sum(o.completion is not None and o.completion >= 0.95 and o.exit_code == 0 for o in group)
             share = 100 * good / len(group)
             lines.append(f"{kind}: {good} of {len(group)} fold to at least 95 % ({share:.1f} %)")
+            lines.append(f"{kind}: {shape_line(group)}")
     codes = Counter(o.exit_code for o in outcomes)
     words = {0: "exit 0 (pass)", 1: "exit 1 (no)", TIMEOUT_EXIT: f"over {limit_s:g} s"}
     lines.append(", ".join(f"{words.get(code, f'exit {code}')}: {n}" for code, n in sorted(codes.items())))
@@ -205,6 +245,8 @@ def options_from(arguments: Sequence[str] | None) -> argparse.Namespace:
     add("--make-option", action="append", default=[], metavar="OPTION", help="--make-option=--seed=3")
     add("--keep", action="store_true", help="keep the bundles")
     add("-j", "--jobs", type=int, default=2)
+    add("--processors", type=int, default=0, metavar="N", help="confine each run to N of its own (Linux)")
+    add("--kind", choices=("closed", "open"), default=None, help="only closed or only open meshes")
     add("-o", "--output", type=Path, default=Path("out/corpus"))
     return parser.parse_args(arguments)
 
@@ -213,16 +255,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the benchmark; 0 unless there was nothing to run."""
     options = options_from(arguments)
     paths = sorted(path for folder in options.meshes for path in folder.glob("*.obj") if path.is_file())
-    paths = [
-        p
-        for p in paths
-        if mesh_kind(p)[1] <= options.max_faces and (not options.only or p.stem in options.only)
-    ]
+    paths = [p for p in paths if not options.only or p.stem in options.only]
+    kinds = {p: mesh_kind(p) for p in paths}
+    paths = [p for p in paths if kinds[p][1] <= options.max_faces and options.kind in (None, kinds[p][0])]
     if not paths:
         print(
             f"no mesh of at most {options.max_faces} faces in {', '.join(map(str, options.meshes))}",
             file=sys.stderr,
         )
+        return 2
+    try:
+        sets = processor_sets(options.processors, options.jobs)
+    except ValueError as error:
+        print(error, file=sys.stderr)
         return 2
     options.output.mkdir(parents=True, exist_ok=True)
     bundles = options.output / "bundles"
@@ -231,8 +276,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     elif bundles.exists():
         shutil.rmtree(bundles)
     bundles.mkdir(exist_ok=True)
+    free: queue.SimpleQueue[frozenset[int]] = queue.SimpleQueue()
+    for processors in sets:
+        free.put(processors)
+
+    def run(path: Path) -> Outcome:
+        processors = free.get()
+        try:
+            return run_mesh(path, bundles, options, processors)
+        finally:
+            free.put(processors)
+
     with ThreadPoolExecutor(options.jobs) as pool:
-        outcomes = list(pool.map(lambda path: run_mesh(path, bundles, options), paths))
+        outcomes = list(pool.map(run, paths))
     if not options.keep:
         shutil.rmtree(bundles, ignore_errors=True)
     lines = summary_lines(outcomes, options.limit)

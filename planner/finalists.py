@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
@@ -82,7 +83,7 @@ def improve_on_sheet(
         start: where to start.
         net_of: the net of a candidate.
         problem: goal, limits and rules.
-        settings: ``evaluations`` bounds the nets tried.
+        settings: ``evaluations`` bounds the nets tried; with a deadline it cools down until then.
         most_sheets: bounds the sheets made.
         without: rules that are switched off.
 
@@ -92,11 +93,11 @@ def improve_on_sheet(
     rng = np.random.default_rng(settings.seed)
     axes = axis_angles(problem)
     current = best = start
-    sheets = 0
+    sheets, began = 0, time.monotonic()
     for _ in range(settings.evaluations):
         if sheets >= most_sheets or settings.late or (best.folded.result.cause == 0).all():
             break
-        temperature = WARM * (COLD / WARM) ** (sheets / max(1, most_sheets - 1))
+        temperature = WARM * (COLD / WARM) ** settings.share(sheets / max(1, most_sheets - 1), began)
         bar = current.cost - temperature * math.log(1.0 - rng.random())
         now = current.candidate
         move = random_trial(

@@ -34,7 +34,7 @@ def steepest_fold(limits: MachineLimits, along: float = 1.0) -> float:
         limits: tilt limit T (below 90 degrees), light and work area, which bounds d.
         along: abs. cos w; 1 bounds every direction of the axis.
     """
-    from planner._kernels.plan_kernels import OVERHANG_RAD
+    from planner._kernels.beam_kernels import OVERHANG_RAD
 
     tilt = limits.max_tilt_rad
     if limits.beam_source is None:

@@ -30,6 +30,10 @@ SIGHT_RESERVE = 0.5
 """Share of ``hidden_max`` that the planner uses: it looks every few degrees, and an independent check samples
 the crease, where short shadows together may cover more samples than their length is worth."""
 
+GRAZES_DEG = (0.5, 0.8, 1.2, 2.0)
+"""Tilts are also tried along the turning face as it stands so many degrees before its end: a closing slit is
+lit longest that way."""
+
 
 def rotary_angles(max_tilt_rad: float) -> NDArray[np.float64]:
     """(K,) rotary angles that the planner chooses from, the first half with the top side up.
@@ -135,6 +139,7 @@ class FoldProblem:
         self.use_substrate = "substrate" not in without
         self.rotary = rotary_angles(limits.max_tilt_rad)
         self.fine = fine_tilts(limits.max_tilt_rad)
+        self.grazes = np.radians(GRAZES_DEG) if limits.max_tilt_rad > 0.0 else np.zeros(0)
         self.corners_3d = goal.vertices[goal.faces]
         self.centroids_3d = self.corners_3d.mean(axis=1)
         plain = np.full((len(goal.faces), 3), limits.clearance)
@@ -231,7 +236,7 @@ class FoldProblem:
             np.ascontiguousarray(tree.order[::-1]) if rank is None else rank, levers,
             solids, centres, radii, sharp, np.ones(len(solids), np.bool_), np.ones(len(solids), np.bool_),
             panel_numbers(tree, len(solids)), count,
-            self.rotary, self.fine, float(tree.axis[0]), float(tree.axis[1]), self.head(tree),
+            self.rotary, self.fine, self.grazes, float(tree.axis[0]), float(tree.axis[1]), self.head(tree),
             self.hidden_max * SIGHT_RESERVE, CONTACT_MARGIN_RAD,
             self.use_contact, self.use_sight, True,
             give_up, self.goal.longest_side_mm,

@@ -30,6 +30,9 @@ KEPT, LINE = 5, 2
 """Good nets that are handed on since the sheet may not suit the best one: in all, and of each chain, whose
 last nets differ little on the sheet."""
 
+WARM, COLD = 0.01, 2e-4
+"""Temperatures between which the annealing cools down, in cost."""
+
 AXIS_DIRECTIONS = 8
 """Directions of the rotary axis in the net that are tried, over half a turn."""
 
@@ -40,13 +43,13 @@ class SearchSettings:
 
     Attributes:
         chains: best of the starting nets that are improved by annealing.
-        evaluations: nets judged in each round of a chain.
+        evaluations: nets judged in a chain, or in each of its rounds if there is a deadline.
         seed: of every random choice.
         fixed_base: keep the base faces of the starting nets.
         fixed_net: keep the whole starting nets; only the axis and the order of folding change.
         deadline: ``time.monotonic()`` at which the search stops with what it has; until then it anneals in
-            rounds. Such a search depends on the machine. None: one round, and the result depends on the input
-            and seed only.
+            rounds, the last of which cools down in time. Such a search depends on the machine. None: one
+            round, and the result depends on the input and seed only.
     """
 
     chains: int
@@ -60,6 +63,13 @@ class SearchSettings:
     def late(self) -> bool:
         """True once the time is up."""
         return self.deadline is not None and time.monotonic() > self.deadline
+
+    def share(self, work: float, began: float) -> float:
+        """How much of an annealing is over, 0 to 1, with so much of its ``work`` done since it ``began``."""
+        if self.deadline is None:
+            return min(1.0, work)
+        spent = (time.monotonic() - began) / max(1e-9, self.deadline - began)
+        return min(1.0, max(work, spent))
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,11 +264,11 @@ def improve(
     axes = axis_angles(problem)
     current, best = start, start
     line = [start]
-    warm, cold = 0.03, 2e-4
+    began = time.monotonic()
     for step in range(settings.evaluations):
         if done(best) or settings.late or (stop is not None and stop.is_set()):
             break
-        temperature = warm * (cold / warm) ** (step / max(1, settings.evaluations - 1))
+        temperature = WARM * (COLD / WARM) ** settings.share(step / max(1, settings.evaluations - 1), began)
         # the cost that would still be accepted, drawn beforehand so that hopeless nets can be given up
         bar = current.cost - temperature * math.log(1.0 - rng.random())
         now = Trial(current.layout, current.axis_rad, current.bias)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+import sys
 import time
 from collections.abc import Callable, Collection
 from concurrent.futures import ThreadPoolExecutor
@@ -37,18 +39,24 @@ from planner.plan_on_sheet import plan_on_sheet, tree_of_net
 
 __all__ = ["plan_folds"]
 
-STARTS, CHAINS, FINALISTS = 24, 4, 8
+STARTS, CHAINS, FINALISTS = 24, 2, 8
 ALWAYS_KEPT = ("outside-in", "side")
 """Rules that the greedy planner keeps by its construction, whatever is switched off."""
 
 LEAST_GAIN = 0.002
 """A further net is not tried on its sheet unless it may be this much better."""
 
-EVALUATION_BUDGET, MOST_EVALUATIONS = 140_000, 2800
+EVALUATION_BUDGET, MOST_EVALUATIONS = 280_000, 5600
 """Nets tried in one chain: the budget over the number of faces, but not more than the limit."""
 
 SHEETS = 60
 """Sheets made in one chain of the search that goes on where the best nets lose folds to their sheets."""
+
+SEARCH_SHARE = 0.75
+"""Share of the time that is given which goes to the search without the sheet; the rest to that with it."""
+
+ROUND = 4
+"""Where time is given, a round of a chain tries up to so many times more nets."""
 
 ORDERS_SHARE = 8
 """Where the net is given, axes and orders are tried this many times less often than nets otherwise."""
@@ -94,8 +102,14 @@ def plan_folds(
     tell = on_progress or (lambda _share, _words: None)
     insets = edge_insets(net, limits.thickness, limits.clearance)
     problem = FoldProblem(net.goal, insets, limits, hidden_max=hidden_max, without=without)
-    deadline = None if budget_s is None else time.monotonic() + budget_s
-    settings = SearchSettings(CHAINS, 0, seed, fixed_base, deadline=deadline)
+    settings = SearchSettings(CHAINS, 0, seed, fixed_base)
+    further = replace(settings, evaluations=_evaluations(net), fixed_net=keep_net)
+    most_sheets = SHEETS
+    if budget_s is not None:
+        began, chains = time.monotonic(), max(CHAINS, _processors())
+        settings = replace(settings, chains=chains, deadline=began + SEARCH_SHARE * budget_s)
+        further = replace(further, evaluations=sys.maxsize, deadline=began + budget_s)
+        most_sheets = sys.maxsize
     found, trials, notices = _nets_to_fold(net, problem, settings, keep_net, tell)
     notices += tuple(
         f"rule {rule} is kept all the same: this planner cannot do without it"
@@ -117,10 +131,10 @@ def plan_folds(
         except PlanError as error:
             refused = refused or error
         tried.sort(key=lambda finalist: finalist.cost)
-    if tried and tried[0].cost > found[0].cost + LEAST_GAIN:
+    loses = bool(tried) and tried[0].cost > found[0].cost + LEAST_GAIN
+    if loses or (tried and budget_s is not None and not further.late):
         tell(0.93, "improving the net with the sheet in place")
-        further = replace(settings, evaluations=_evaluations(net), fixed_net=keep_net)
-        tried = _improved(tried, problem, further, net_of, without)
+        tried = _improved(tried, problem, further, most_sheets, net_of, without)
     for finalist in tried:
         tell(0.97, "cutting and holding")
         try:
@@ -140,6 +154,7 @@ def _improved(
     tried: list[Finalist],
     problem: FoldProblem,
     settings: SearchSettings,
+    most_sheets: int,
     net_of: NetOf,
     without: Collection[str],
 ) -> list[Finalist]:
@@ -152,7 +167,12 @@ def _improved(
     with ThreadPoolExecutor(len(heads)) as pool:
         better = pool.map(
             lambda k: improve_on_sheet(
-                heads[k], net_of, problem, replace(settings, seed=settings.seed + 7919 * k), SHEETS, without
+                heads[k],
+                net_of,
+                problem,
+                replace(settings, seed=settings.seed + 7919 * k),
+                most_sheets,
+                without,
             ),
             range(len(heads)),
         )
@@ -188,7 +208,8 @@ def _nets_to_fold(
         found = [start] if done(start) else improve(start, problem, orders)
     else:
         starts = _starts(graph, net.base_face, settings.fixed_base, settings.seed)
-        further = replace(settings, evaluations=evaluations)
+        rounds = 1 if settings.deadline is None else ROUND
+        further = replace(settings, evaluations=rounds * evaluations)
         found = search([given, *(start.layout for start in starts)], problem, further, tell)
         if not settings.fixed_base:
             costs = {id(candidate.layout): candidate.cost for candidate in found}
@@ -201,6 +222,12 @@ def _nets_to_fold(
             "the time budget ended the search, so another run may give another plan; a larger --budget helps",
         )
     return found[: 3 * FINALISTS], trials, notices
+
+
+def _processors() -> int:
+    """How many processors this process may use."""
+    usable = getattr(os, "sched_getaffinity", None)
+    return len(usable(0)) if usable else os.cpu_count() or 1
 
 
 def _evaluations(net: Net) -> int:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from planner._kernels.compiled import inner
 
 KX, KY, UP, NEAR, TO_X, TO_Y, TO_Z, FINITE, RADIUS, SPREAD, BEAM_SIZE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
@@ -14,6 +16,9 @@ it comes from; RADIUS at the crease, and how much wider (SPREAD) it is per mm ab
 HEAD_FINITE, HEAD_ALONG, HEAD_ACROSS, HEAD_HEIGHT, HEAD_OX, HEAD_OY, HEAD_RADIUS, HEAD_SPREAD = range(8)
 """Places in a head: parallel light (0) or from a point (1); that point from the origin on the rotary axis, along
 it, across and above; the origin in the plane of the net; the beam's radius and spread."""
+
+OVERHANG_RAD = math.radians(0.5)
+"""A face may lean over its crease by this much, seen along the beam."""
 
 
 @inner
@@ -56,3 +61,31 @@ def lean(beam, mx, my, ux, uy, sign):  # type: ignore[no-untyped-def]
     if beam[FINITE] != 0.0:
         dx, dy = dx - mx, dy - my
     return math.atan2(sign * dz, dy * ux - dx * uy)
+
+
+@inner
+def tilt_for_lean(wanted, upright, ex, ey, head, mx, my, ux, uy, sign, beam):  # type: ignore[no-untyped-def]
+    """Tilt at which ``lean`` is as wanted: the beam then lies in the plane of a face that has turned so far.
+
+    Args:
+        wanted: angle, rad, in (0, pi).
+        upright: rotary angle of the straight beam, 0 or pi.
+        ex, ey, head, beam: as in ``aim``; ``beam`` is overwritten.
+        mx, my, ux, uy, sign: as in ``lean``.
+
+    Returns:
+        tilt away from ``upright``, rad; inf if no tilt does it.
+    """
+    along = sign * (ex * ux + ey * uy)
+    if abs(along) < 1e-9:
+        return np.inf
+    tilt = math.atan(math.cos(wanted) / (math.sin(wanted) * along))
+    if head[HEAD_FINITE] != 0.0:
+        aim_at = wanted
+        for _ in range(3):  # the direction of the light changes slowly over the sheet
+            aim(upright + tilt, ex, ey, head, beam)
+            aim_at += wanted - lean(beam, mx, my, ux, uy, sign)
+            if not 0.0 < aim_at < math.pi:
+                return np.inf
+            tilt = math.atan(math.cos(aim_at) / (math.sin(aim_at) * along))
+    return tilt

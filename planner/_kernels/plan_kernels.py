@@ -7,20 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from planner._kernels.beam_kernels import BEAM_SIZE, aim, lean
+from planner._kernels.beam_kernels import BEAM_SIZE, OVERHANG_RAD, aim, lean
 from planner._kernels.compiled import entry, inner
 from planner._kernels.contact_kernels import turn_contact
-from planner._kernels.sight_kernels import hidden_share, sight_limit
+from planner._kernels.reach_kernels import LEAST_GAIN_RAD, farthest_view, mark, never_seen
+from planner._kernels.sight_kernels import sight_limit
 
 NOT_BLOCKED, BY_CONTACT, BY_SIGHT = 0, 1, 2
 STEP_ROTATE, STEP_FOLD = 0, 1
-OVERHANG_RAD = math.radians(0.5)
-"""A face may lean over its crease by this much, seen along the beam."""
 SHAPE_WEIGHT, ANGLE_WEIGHT = 0.35, 1.0
 """Cost of a shape error as long as the goal, and of folding nothing: what every choice of a plan makes small."""
 STAGES = 4
 """Turns in which a crease that is hard to see may be folded."""
-LEAST_GAIN_RAD = math.radians(0.2)
 LEAST_FOLD_RAD = math.radians(0.5)
 
 
@@ -41,13 +39,6 @@ def turn_solids(solids, centres, members, ox, oy, ux, uy, angle):  # type: ignor
                 solids[m, k, 0], solids[m, k, 1], solids[m, k, 2] = x, y, height
             else:
                 centres[m, 0], centres[m, 1], centres[m, 2] = x, y, height
-
-
-@inner
-def mark(mask, members, value):  # type: ignore[no-untyped-def]
-    """Set ``mask`` of the ``members``."""
-    for m in members:
-        mask[m] = value
 
 
 @inner
@@ -86,7 +77,7 @@ def add_step(steps, used, kind, which, angle):  # type: ignore[no-untyped-def]
 def fold_greedily(  # type: ignore[no-untyped-def]
     parent, preorder, first, last, hinges, lengths, target, rank, lever,
     solids, centres, radii, sharp, present, flat, panel, faces,
-    rotary, fine, ex, ey, head, hidden_max, margin, use_contact, use_sight, retry, give_up, size,
+    rotary, fine, grazes, ex, ey, head, hidden_max, margin, use_contact, use_sight, retry, give_up, size,
 ):  # fmt: skip
     """Fold a net as far as it goes.
 
@@ -105,6 +96,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         faces: number of net faces.
         rotary: (K,) rotary angles to choose from, in order of preference; the first half lights the top side.
         fine: (L,) further tilts that are tried for a crease that would otherwise stay out of sight.
+        grazes: (G,) as in ``farthest_view``.
         ex, ey: direction of the rotary axis in the plane of the net.
         head: where the light comes from, see ``beam_kernels``.
         hidden_max: sight rule.
@@ -142,6 +134,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
     used = 0
     clock = 0
     lost_shape, lost_angle, wanted_angle = 0.0, 0.0, 0.0
+    hopeless = np.zeros(n)
     at = 0  # rotary option now
     astray = False  # True while the rotary stands at a fine tilt instead
     beams, aimed = np.zeros((options, BEAM_SIZE)), np.zeros(BEAM_SIZE)
@@ -155,6 +148,16 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         if parent[f] >= 0:
             waiting[parent[f]] += 1
     wanted_angle = max(1e-9, wanted_angle)
+    if use_sight:
+        never_seen(target, hinges, lengths, beams, hopeless)
+        for f in range(n):
+            if hopeless[f] > 0.0:
+                cause[f], blocker[f] = BY_SIGHT, f
+                lost = 0.5 * hopeless[f] * lever[f] / size
+                lost_shape += lost * lost
+                lost_angle += hopeless[f]
+        if SHAPE_WEIGHT * math.sqrt(lost_shape) + ANGLE_WEIGHT * lost_angle / wanted_angle > give_up:
+            return steps[:0].copy(), angle, cause, blocker, stopped_at
     # flat joints need no turn: they are done as soon as their children are
     for k in range(n - 1, -1, -1):
         f = preorder[k]
@@ -281,10 +284,8 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         # concede the cheapest one: fold it as far as it goes, in stages if another tilt shows more of it
         f = best_face
         sign = 1.0 if target[f] > 0.0 else -1.0
-        upright = 0.0 if target[f] > 0.0 else math.pi
         ox, oy, ux, uy = hinges[f, 0], hinges[f, 1], hinges[f, 2], hinges[f, 3]
         members = preorder[first[f] : last[f]]
-        mx, my = ox + 0.5 * lengths[f] * ux, oy + 0.5 * lengths[f] * uy
         why, who = int(reach_out[0]), int(reach_out[1])
         # what was remembered are upper bounds: measure again, now that everything else stands still
         free = abs(target[f] - angle[f])
@@ -301,34 +302,13 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         for _ in range(STAGES):
             view, tilted, reach = rotary[best_option], False, free
             if use_sight:
-                reach = 0.0
-                mark(moving_mask, members, True)
-                for k in range(-1, len(fine)):
-                    beam = rotary[best_option] if k < 0 else upright + fine[k]
-                    aim(beam, ex, ey, head, aimed)
-                    own = lean(aimed, mx, my, ux, uy, sign) + OVERHANG_RAD - abs(angle[f])
-                    allowed = max(0.0, min(free, own))
-                    if k >= 0:
-                        # only a tilt that shows the crease further than now is worth the whole sweep
-                        ahead = reach + LEAST_GAIN_RAD
-                        if allowed <= ahead:
-                            continue
-                        share, _, _ = hidden_share(
-                            panel[f], panel[parent[f]], panel, moving_mask, flat, solids, centres, radii,
-                            present, ox, oy, ux, uy, lengths[f], sign, ahead, aimed, intervals, turned,
-                        )  # fmt: skip
-                        if share > hidden_max:
-                            continue
-                    seen, by = sight_limit(
-                        panel[f], panel[parent[f]], panel, moving_mask, flat, solids, centres, radii, present,
-                        ox, oy, ux, uy, lengths[f], sign, allowed, aimed,
-                        hidden_max, intervals, turned, True,
-                    )  # fmt: skip
-                    if seen > reach + LEAST_GAIN_RAD:
-                        view, tilted, reach = beam, k >= 0, seen
-                        if seen < free:
-                            why, who = BY_SIGHT, f if by < 0 else by
-                mark(moving_mask, members, False)
+                reach, view, tilted, by = farthest_view(
+                    f, parent[f], members, moving_mask, panel, flat, solids, centres, radii, present,
+                    hinges[f], lengths[f], sign, abs(angle[f]), free, rotary[best_option], fine, grazes,
+                    ex, ey, head, hidden_max, aimed, intervals, turned,
+                )  # fmt: skip
+                if reach < free:
+                    why, who = BY_SIGHT, f if by < 0 else by
             if reach <= LEAST_FOLD_RAD:
                 break
             if tilted or astray or best_option != at or used == 0:
@@ -353,9 +333,9 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         cause[f], blocker[f] = why, who
         # cost of what is missing so far, as the search weighs it; retries may mend some of it
         missing = abs(target[f] - angle[f])
-        lost = 0.5 * missing * lever[f] / size
-        lost_shape += lost * lost
-        lost_angle += missing
+        lost, sure = 0.5 * missing * lever[f] / size, 0.5 * hopeless[f] * lever[f] / size
+        lost_shape += max(0.0, lost * lost - sure * sure)
+        lost_angle += max(0.0, missing - hopeless[f])
         if SHAPE_WEIGHT * math.sqrt(lost_shape) + ANGLE_WEIGHT * lost_angle / wanted_angle > give_up:
             break
         conceded[f] = angle[f] != target[f]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner._kernels.beam_kernels import BEAM_SIZE, aim, lean
+from planner._kernels.beam_kernels import BEAM_SIZE, OVERHANG_RAD, aim, lean
 from planner._kernels.compiled import entry
 from planner._kernels.contact_kernels import turn_contact
-from planner._kernels.plan_kernels import BY_CONTACT, BY_SIGHT, NOT_BLOCKED, OVERHANG_RAD, turn_solids
+from planner._kernels.plan_kernels import BY_CONTACT, BY_SIGHT, NOT_BLOCKED, turn_solids
 from planner._kernels.sight_kernels import sight_limit
 
 

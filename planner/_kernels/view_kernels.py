@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner._kernels.beam_kernels import BEAM_SIZE, aim, lean
+from planner._kernels.beam_kernels import BEAM_SIZE, OVERHANG_RAD, aim, lean
 from planner._kernels.compiled import entry
-from planner._kernels.plan_kernels import OVERHANG_RAD
 from planner._kernels.sight_kernels import REFINED_RAD, hidden_share, sight_limit
 
 NOBODY, OWN_FLAP = -1, -2

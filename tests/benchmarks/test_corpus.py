@@ -73,6 +73,8 @@ def test_each_way_to_end_has_its_line(tmp_path, stand_in):
     assert (rows["crown"]["exit_code"], rows["crown"]["reason"]) == ("2", "")
     assert (rows["antenna"]["exit_code"], rows["antenna"]["reason"]) == ("-1", "over the limit of 5 s")
     assert "closed: 1 of 1 fold to at least 95 % (100.0 %)" in text
+    assert "closed: mean completion 96.00 % of 1 plans; 99.9 % folded and at most 0.5 mm off: 0 of 1" in text
+    assert "open: no plan" in text
     assert "open: 0 of 3 fold to at least 95 % (0.0 %)" in text
     assert "ended without a reason: crown" in text
 
@@ -87,6 +89,19 @@ def test_what_the_checker_says_is_in_the_table(tmp_path, stand_in, ok, kinds, co
     rows, text = run(tmp_path, stand_in, "--only", "creature_coarse", "--checker", str(checker))
     assert rows["creature_coarse"]["checker"].startswith(found)
     assert f"checker: {int(code == 0)} of 1 bundles without a finding" in text
+
+
+def test_only_one_kind_each_run_on_its_own_processor(tmp_path, stand_in):
+    names = ["creature_coarse", "crown"]
+    rows, _ = run(tmp_path, stand_in, "--kind", "open", "--only", *names, "--processors", "1", "-j", "1")
+    assert set(rows) == {"crown"}
+
+
+def test_too_few_processors_are_said(tmp_path, stand_in, capsys):
+    folder = goal_path("crown").parent
+    arguments = ["--meshes", str(folder), "--command", str(stand_in), "-o", str(tmp_path / "out")]
+    assert main([*arguments, "--processors", "100000"]) == 2
+    assert "2 jobs of 100000 processors each need 200000" in capsys.readouterr().err
 
 
 def test_bundles_are_kept_only_when_asked(tmp_path, stand_in):
