@@ -39,14 +39,14 @@ from planner.plan_on_sheet import plan_on_sheet, tree_of_net
 
 __all__ = ["plan_folds"]
 
-STARTS, CHAINS, FINALISTS = 24, 2, 8
+STARTS, CHAINS, FINALISTS = 24, 4, 8
 ALWAYS_KEPT = ("outside-in", "side")
 """Rules that the greedy planner keeps by its construction, whatever is switched off."""
 
 LEAST_GAIN = 0.002
 """A further net is not tried on its sheet unless it may be this much better."""
 
-EVALUATION_BUDGET, MOST_EVALUATIONS = 280_000, 5600
+EVALUATION_BUDGET, MOST_EVALUATIONS = 140_000, 2800
 """Nets tried in one chain: the budget over the number of faces, but not more than the limit."""
 
 SHEETS = 60
@@ -55,8 +55,8 @@ SHEETS = 60
 SEARCH_SHARE = 0.75
 """Share of the time that is given which goes to the search without the sheet; the rest to that with it."""
 
-ROUND = 4
-"""Where time is given, a round of a chain tries up to so many times more nets."""
+LEAST_CHAINS, ROUND = 2, 2
+"""Where time is given: chains on fewer processors, and how many times more nets a round of a chain tries."""
 
 ORDERS_SHARE = 8
 """Where the net is given, axes and orders are tried this many times less often than nets otherwise."""
@@ -106,7 +106,7 @@ def plan_folds(
     further = replace(settings, evaluations=_evaluations(net), fixed_net=keep_net)
     most_sheets = SHEETS
     if budget_s is not None:
-        began, chains = time.monotonic(), max(CHAINS, _processors())
+        began, chains = time.monotonic(), max(LEAST_CHAINS, _processors())
         settings = replace(settings, chains=chains, deadline=began + SEARCH_SHARE * budget_s)
         further = replace(further, evaluations=sys.maxsize, deadline=began + budget_s)
         most_sheets = sys.maxsize
