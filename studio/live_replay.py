@@ -58,6 +58,7 @@ class ReplayView:
         for block in job.blocks:
             self._counts[block.step] = self._counts.get(block.step, 0) + 1
         self._done: dict[int, int] = {}
+        self._place: Mapping[str, float] = {}
         radius = 0.5 * float(np.linalg.norm(np.ptp(ws.plan.sheet.outline, axis=0)))
         self.machine = Stand(server.scene, "machine", ws.plan, -1.15 * radius)
         self.twin = Stand(server.scene, "twin", ws.plan, 1.15 * radius)
@@ -123,12 +124,10 @@ class ReplayView:
         )
 
     def _follow(self, place: Mapping[str, float], *, beam: bool) -> None:
+        self._place = place
         if not self._is_due():
             return
         axis = self.rig.rotary
-        turned = place.get(axis.word, math.nan) / (axis.units_per_deg * axis.sign)
-        if math.isfinite(turned):
-            self.machine.turn(math.radians(turned))
         x0, y0, _ = axis.axis_point_mm
         head = np.array([place.get("X", math.nan) - x0, place.get("Y", math.nan) - y0, 0.0])
         self._draw()
@@ -136,6 +135,10 @@ class ReplayView:
 
     def _draw(self) -> None:
         self._shown_at = time.monotonic()
+        axis = self.rig.rotary
+        turned = self._place.get(axis.word, math.nan) / (axis.units_per_deg * axis.sign)
+        if math.isfinite(turned):
+            self.machine.turn(math.radians(turned))
         whole = max(self._counts.get(self._step, 1), 1)
         moment = moment_at(self.plan, self._step + min(self._done.get(self._step, 0) / whole, 1.0))
         self.twin.show(moment)

@@ -153,6 +153,10 @@ def test_machine_and_twin_fold_side_by_side(server, ws):
     np.testing.assert_allclose(corners_of(view.twin), wanted, atol=1e-3)
     assert np.abs(corners_of(view.machine) - wanted).max() < 1.0
     assert np.abs(corners_of(view.machine)[:, :, 2]).max() > 1.0
+    half = ws.job.blocks[-1].rotary_rad / 2.0  # where the last report had the rotary
+    np.testing.assert_allclose(
+        np.abs(view.machine.turned.wxyz[:2]), np.abs([math.cos(half), math.sin(half)]), atol=1e-6
+    )
     view.progress(SimpleNamespace(block=9, blocks=9, step=0, kind="cut", emulated=False))
     assert "REAL machine" in view.banner.content
     assert "EMULATED" not in view.banner.content
