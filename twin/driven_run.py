@@ -9,144 +9,167 @@ what then stays is sag or yield. All other touches are noted.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
-
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.fold_plan import FoldPlan
+from twin.black_box import BlackBox, black_box_of
 from twin.events import Event
 from twin.heating_interface import Heating
 from twin.loaded_model import LoadedModel
-from twin.sight_rays import hidden_by
+from twin.run_settings import RunSettings
+from twin.sight_watch import SightWatch
+from twin.stepper import Checkpoint, DivergedError, Stepper, integration_state, restore_state
 from twin.sweep import SweepResult
 from twin.timeline import Turn, turns
 from twin.touches import Touch, contact_event, touches
 from twin.units import NEWTON_METRE
 
-__all__ = ["DrivenRun", "RunSettings", "integration_state"]
+__all__ = ["DrivenRun"]
 
-
-@dataclass(frozen=True)
-class RunSettings:
-    """How slowly and with what the plan is run.
-
-    Attributes:
-        gravity: False for the fidelity test.
-        least_turn_s: shortest time of a turn.
-        fastest_rad_s: mean rate of a turn is at most this.
-        settle_s: time of rest after the last turn and after a change of gravity.
-        depth_tolerance_mm: a touch up to this depth is none.
-        heavy_yield_share: a touch for which hinges must go further than this share of yield is sag.
-        bent_rad: a hinge at rest that bends by more than this for good asks for a slower run.
-        speeds: the turn's speed, and the slower ones that are tried when a touch or a bent hinge asks for it.
-        past_onset_rad: how far a turn that the sweep saw blocked is driven past the first touch.
-        largest_lag_rad: the turning hinge may lag by this; more is a failed run.
-        largest_rate_rad_s: no hinge may turn faster; more is a failed run.
-        sight_every_rad: the beam's view is tested again each time the crease has turned by this.
-    """
-
-    gravity: bool = True
-    least_turn_s: float = 0.2
-    fastest_rad_s: float = 4.0
-    settle_s: float = 0.25
-    depth_tolerance_mm: float = 0.01
-    heavy_yield_share: float = 0.5
-    bent_rad: float = float(np.radians(0.02))
-    speeds: tuple[float, ...] = (1.0, 0.5, 0.25)
-    past_onset_rad: float = float(np.radians(2.0))
-    largest_lag_rad: float = float(np.radians(15.0))
-    largest_rate_rad_s: float = 200.0
-    sight_every_rad: float = float(np.radians(10.0))
-
-
-class _DivergedError(Exception):
-    """The simulation has left the bounds within which it means anything."""
+_Pair = tuple[tuple[int, ...], tuple[int, ...]]
 
 
 class DrivenRun:
-    """State of one run: the model, what was seen so far, and how to go on."""
+    """State of one run: the model, what was seen so far, and how to go on.
+
+    Args:
+        loaded: a fresh simulation.
+        plan: the plan.
+        sweep: result of its kinematic sweep.
+        heating: how plastic angles grow.
+        settings: speeds and bounds.
+        messages: where MuJoCo's warnings appear.
+        start: a checkpoint of a run of the same model to go on from; the beginning if None.
+
+    Attributes:
+        events: findings, in the order of the plan.
+        missed: events of the sweep that the run did not feel.
+        felt: what the run felt of the hit that stopped it.
+        checkpoints: one before the first turn and one after each.
+        black_box: the last states before a failure, None if there was none.
+    """
 
     def __init__(
-        self, loaded: LoadedModel, plan: FoldPlan, sweep: SweepResult, heating: Heating, settings: RunSettings
-    ) -> None:
+        self, loaded: LoadedModel, plan: FoldPlan, sweep: SweepResult, heating: Heating,
+        settings: RunSettings, messages: list[str], start: Checkpoint | None = None,
+    ) -> None:  # fmt: skip
         self.loaded, self.plan, self.heating, self.settings = loaded, plan, heating, settings
+        self.stepper = Stepper(loaded, settings, messages)
         self.hits: dict[int, list[Event]] = {}
         for event in sweep.events:
             self.hits.setdefault(event.step, []).append(event)
+        self.played = turns(plan, loaded.compiled.side)
+        self.sight = SightWatch(loaded, plan, self.played)
         self.events: list[Event] = []
         self.missed: list[Event] = []
-        self.hidden_steps: set[int] = set()
-        self.sag_hides: dict[int, Event] = {}
+        self.felt: tuple[Touch, ...] = ()
         self.yields: dict[int, Event] = {}
-        self.played = turns(plan, loaded.compiled.side)
-        self.light: dict[tuple[tuple[int, ...], tuple[int, ...]], Event] = {}
-        self.steps = 0
-        self.worst_elastic = 0.0
+        self.light: dict[_Pair, Event] = {}
+        self.checkpoints: list[Checkpoint] = []
+        self.black_box: BlackBox | None = None
         self.tab_moment = 0.0
-        self.rotary = 0.0
-        model = loaded.model
-        hinged = np.flatnonzero(model.jnt_plasticadr >= 0)
-        self.qpos, self.plastic = model.jnt_qposadr[hinged], model.jnt_plasticadr[hinged]
+        self.rotary: float | None = None
+        self.done = -1
+        if start is not None:
+            self._start_from(start)
 
-    def elastic(self) -> NDArray[np.float64]:
-        """Elastic angle of every hinge."""
-        lag: NDArray[np.float64] = self.loaded.data.qpos[self.qpos] - self.loaded.data.plastic[self.plastic]
-        return lag
-
-    def play(self, messages: list[str]) -> bool:
-        """Run all turns; False if it had to stop."""
+    def play(self) -> bool:
+        """Run all turns that are left; False if it had to stop."""
         turn = None
         try:
             for turn in self.played:
-                self._face_up(turn, first=turn is self.played[0])
+                if turn.step <= self.done:
+                    continue
+                self._face_up(turn)
+                if not self.checkpoints:
+                    self._checkpoint(self.done)
                 if not self._turn(turn):
                     return False
-            self._rest(self.settings.settle_s)
-            if messages:
-                raise _DivergedError(f"MuJoCo warned: {messages[0]}")
-        except _DivergedError as failure:
-            step, crease = (turn.step, turn.crease) if turn is not None else (0, -1)
-            time = self.steps * float(self.loaded.model.opt.timestep)
-            self.events.append(Event("numerical", step, crease, time_s=time, detail=str(failure)))
+                self._checkpoint(turn.step)
+            self.stepper.rest(self.settings.settle_s)
+        except DivergedError as failure:
+            self._fail(turn, str(failure))
             return False
         return True
 
-    def _face_up(self, turn: Turn, *, first: bool) -> None:
+    def noted(self) -> tuple[Event, ...]:
+        """Light touches, creases that only sag hides, hinges that yield, in the order of the plan."""
+        found = (*self.light.values(), *self.sight.by_sag.values(), *self.yields.values())
+        return tuple(sorted(found, key=lambda e: (e.step, e.pair)))
+
+    def _checkpoint(self, step: int) -> None:
+        self.checkpoints.append(
+            Checkpoint(
+                step, integration_state(self.loaded), self.loaded.model.opt.gravity,
+                self.rotary if self.rotary is not None else 0.0, self.stepper.steps,
+                self.stepper.worst_elastic_rad, self.tab_moment,
+            )
+        )  # fmt: skip
+
+    def _start_from(self, start: Checkpoint) -> None:
+        restore_state(self.loaded, start.state)
+        self.loaded.model.opt.gravity[:] = start.gravity
+        self.rotary, self.done = start.rotary_rad, start.step
+        self.stepper.steps, self.stepper.worst_elastic_rad = start.steps, start.worst_elastic_rad
+        self.tab_moment = start.tab_moment_n_m
+        self.checkpoints.append(start)
+
+    def _fail(self, turn: Turn | None, why: str) -> None:
+        """The run is worth nothing from here on: say so, and keep what led to it."""
+        step, crease = (turn.step, turn.crease) if turn is not None else (0, -1)
+        angle = float(self.loaded.data.qpos[self.loaded.qpos_address(turn.joint)]) if turn is not None else 0.0
+        event = Event(
+            "numerical", step, crease, self._joined_by(crease), time_s=self.stepper.time_s, detail=why,
+            angle_rad=angle if np.isfinite(angle) else 0.0,
+        )  # fmt: skip
+        self.events.append(event)
+        states, gravity = self.stepper.last_states()
+        self.black_box = black_box_of(
+            self.loaded.compiled, event, states, gravity, integration_state(self.loaded)
+        )
+
+    def _joined_by(self, crease: int) -> tuple[int, ...]:
+        """The two faces of a crease, the turning one first."""
+        child = self.plan.net.child_of.get(crease)
+        return () if child is None else (int(child), int(self.plan.net.parent[child]))
+
+    def _face_up(self, turn: Turn) -> None:
         """Turn gravity gently to where it acts during ``turn``, from nothing before the first one."""
-        if not first and turn.rotary_rad == self.rotary:
+        first = self.rotary is None
+        if turn.rotary_rad == self.rotary:
             return
-        count = self._count(self.settings.settle_s)
-        before = turn.rotary_rad if first else self.rotary
+        before = turn.rotary_rad if self.rotary is None else self.rotary
+        flags = self.stepper.contacts(on=False)
+        count = self.stepper.count(self.settings.settle_s)
         for k in range(1, count + 1):
             share = k / count
             share *= share * (3.0 - 2.0 * share)
             self.loaded.set_rotary(before + share * (turn.rotary_rad - before), self.settings.gravity)
             if first:
                 self.loaded.model.opt.gravity[:] *= share
-            self._step()
+            self.stepper.step()
+        self.loaded.model.opt.disableflags = flags
         self.rotary = turn.rotary_rad
-        self._rest(self.settings.settle_s / 2.0)
+        self.stepper.rest(self.settings.settle_s / 2.0)
         self._weigh()
 
     def _turn(self, turn: Turn) -> bool:
         """One turn; False if the sweep says that it is blocked."""
-        self._look(turn)
+        self.sight.look(turn)
         hits = self.hits.get(turn.step, [])
         if hits:
-            seen = self._drive(turn, 1.0, stop_at=hits[0].angle_rad)
-            felt = {t.pair for t in seen}
-            self.missed += [hits[0]] if hits[0].pair not in felt else []
+            self.felt = tuple(self._drive(turn, 1.0, stop_at=hits[0].angle_rad))
+            self.missed += [hits[0]] if hits[0].pair not in {t.pair for t in self.felt} else []
             return False
-        checkpoint, steps = integration_state(self.loaded), self.steps
-        before = self._plastic_of_others(turn)
-        for speed in self.settings.speeds:  # inertia, or weight? a slower run decides
-            self._restore(checkpoint)
-            self.steps = steps
+        state, steps = integration_state(self.loaded), self.stepper.steps
+        before = self._rest_of_others(turn)
+        for attempt, speed in enumerate(self.settings.speeds):  # inertia, or weight? a slower run decides
+            if attempt:
+                self.stepper.go_back(state, steps)
             seen = self._drive(turn, speed)
-            bent = np.abs(self._plastic_of_others(turn) - before).max(initial=0.0)
+            bent = np.abs(self._rest_of_others(turn) - before).max(initial=0.0)
             if bent <= self.settings.bent_rad and not any(self._heavy(t) for t in seen):
                 break
         if bent > self.settings.bent_rad:
@@ -158,22 +181,20 @@ class DrivenRun:
                 self.light[touch.pair] = contact_event("sag", turn, touch)
         return True
 
-    def _restore(self, state: NDArray[np.float64]) -> None:
-        mujoco.mj_setState(self.loaded.model, self.loaded.data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
-
-    def _plastic_of_others(self, turn: Turn) -> NDArray[np.float64]:
-        """Plastic angles of the hinges that are at rest."""
-        own = self.loaded.plastic_address(turn.joint)
-        angles: NDArray[np.float64] = np.delete(self.loaded.data.plastic, own)
+    def _rest_of_others(self, turn: Turn) -> NDArray[np.float64]:
+        """Rest angles of the hinges that do not turn."""
+        rest = self.loaded.rest
+        angles: NDArray[np.float64] = np.delete(rest.all(), rest.at[turn.joint])
         return angles
 
     def _note_yield(self, turn: Turn, before: NDArray[np.float64]) -> None:
         """Remember which hinge at rest bent for good; its end angle decides whether that matters."""
-        names = [name for name in self.loaded.joint if name != turn.joint]
-        change = self._plastic_of_others(turn) - before
+        names = [name for name in self.loaded.rest.names if name != turn.joint]
+        change = self._rest_of_others(turn) - before
         worst = int(np.argmax(np.abs(change)))
+        crease = int(names[worst].rpartition("_")[2]) if names[worst].startswith("crease_") else -1
         self.yields[turn.step] = Event(
-            "sag", turn.step, turn.crease, time_s=float(self.loaded.data.time),
+            "sag", turn.step, turn.crease, self._joined_by(crease), time_s=float(self.loaded.data.time),
             angle_rad=float(self.loaded.data.qpos[self.loaded.qpos_address(turn.joint)]),
             detail=f"{names[worst]} yields under the load by {np.degrees(change[worst]):.2f}° "
             f"as {turn.joint} turns",
@@ -183,45 +204,28 @@ class DrivenRun:
         """Do the hinges have to give more than half their yield angle to make way?"""
         return touch.yield_share > self.settings.heavy_yield_share
 
-    @cached_property
-    def ideal(self) -> LoadedModel:
-        """A second model, for poses without sag."""
-        return LoadedModel(self.loaded.compiled, self.plan.net)
-
-    def noted(self) -> tuple[Event, ...]:
-        """Light touches, creases that only sag hides, hinges that yield, in the order of the plan."""
-        found = (*self.light.values(), *self.sag_hides.values(), *self.yields.values())
-        return tuple(sorted(found, key=lambda e: (e.step, e.pair)))
-
     def _drive(self, turn: Turn, speed: float, stop_at: float | None = None) -> list[Touch]:
         """Add the plastic increments of a turn over its time; touches seen, the deepest of each pair."""
-        loaded, settings = self.loaded, self.settings
-        data, plastic, qpos = loaded.data, loaded.plastic_address(turn.joint), loaded.qpos_address(turn.joint)
-        heights = np.concatenate([[0.0], np.cumsum(self.heating.plastic_increments(turn))])
-        angle = abs(float(heights[-1]))
-        count = self._count(max(settings.least_turn_s, angle / settings.fastest_rad_s) / speed)
+        loaded, settings, step = self.loaded, self.settings, self.stepper.step
+        data, qpos = loaded.data, loaded.qpos_address(turn.joint)
+        given, looked, base = 0.0, 0.0, loaded.rest.of(turn.joint)
         loaded.moving_contacts_on(turn)
-        seen: dict[tuple[tuple[int, ...], tuple[int, ...]], Touch] = {}
-        given, looked = 0.0, 0.0
-        base = float(data.plastic[plastic])
-        for k in range(1, count + 1):
-            share = k / count
-            share *= share * (3.0 - 2.0 * share)
-            wanted = float(np.interp(share * (len(heights) - 1), np.arange(len(heights)), heights))
+        seen: dict[_Pair, Touch] = {}
+        for wanted in self._angles_given(turn, speed):
             if stop_at is not None and abs(wanted) > abs(stop_at - turn.from_rad) + settings.past_onset_rad:
                 break
-            data.plastic[plastic] += wanted - given
+            loaded.rest.add(turn.joint, wanted - given)
             given = wanted
-            self._step()
+            step()
             self._collect(turn, seen)
-            if abs(data.qpos[qpos] - (base + given)) > settings.largest_lag_rad:
+            if not abs(data.qpos[qpos] - (base + given)) <= settings.largest_lag_rad:
                 lag = np.degrees(data.qpos[qpos] - base - given)
-                raise _DivergedError(f"{turn.joint} is {lag:.1f}° away from where it was driven")
+                raise DivergedError(f"{turn.joint} is {lag:.1f}° away from where it was driven")
             if abs(given) - looked >= settings.sight_every_rad and stop_at is None:
                 looked = abs(given)
-                self._look(turn)
+                self.sight.look(turn)
         for _ in range(5):
-            self._step()
+            step()
             self._collect(turn, seen)
         if stop_at is None:
             loaded.all_contacts_on(turn.gone)
@@ -230,60 +234,27 @@ class DrivenRun:
             self._collect(turn, seen)
         return [seen[key] for key in sorted(seen)]
 
-    def _collect(self, turn: Turn, seen: dict[tuple[tuple[int, ...], tuple[int, ...]], Touch]) -> None:
+    def _angles_given(self, turn: Turn, speed: float) -> list[float]:
+        """Plastic angle that the turn has been given by each of its steps, smoothly from 0 on."""
+        heights = np.concatenate([[0.0], np.cumsum(self.heating.plastic_increments(turn))])
+        least = abs(float(heights[-1])) / self.settings.fastest_rad_s
+        # A heating model that gives no figure shows as a failed run, not as an error here.
+        seconds = max(self.settings.least_turn_s, least if np.isfinite(least) else 0.0) / speed
+        count = self.stepper.count(seconds)
+        share = np.arange(1, count + 1) / count
+        share *= share * (3.0 - 2.0 * share)
+        angles: list[float] = np.interp(
+            share * (len(heights) - 1), np.arange(len(heights)), heights
+        ).tolist()
+        return angles
+
+    def _collect(self, turn: Turn, seen: dict[_Pair, Touch]) -> None:
         if self.loaded.data.ncon == 0:
             return
         for touch in touches(self.plan, self.loaded, turn, self.settings.depth_tolerance_mm):
             known = seen.get(touch.pair)
             if known is None or touch.depth_mm > known.depth_mm:
                 seen[touch.pair] = touch
-
-    def _look(self, turn: Turn) -> None:
-        """Is the crease in the beam's view? Hidden by sag alone is noted, hidden as planned is an event."""
-        if turn.crease < 0 or turn.step in self.hidden_steps:
-            return
-        mujoco.mj_kinematics(self.loaded.model, self.loaded.data)
-        hidden = hidden_by(self.loaded, turn, self.plan.limits)
-        if hidden.share <= self.plan.hidden_max:
-            return
-        angle = float(self.loaded.data.qpos[self.loaded.qpos_address(turn.joint)])
-        planned = self._hidden_as_planned(turn, angle)
-        side = self.loaded.compiled.side
-        triangles = tuple(side.pieces[k].triangles[0] for k in hidden.pieces)
-        named = ", ".join(
-            [f"face {f}" for f in hidden.faces] + [f"substrate triangle {t}" for t in triangles]
-        )
-        event = Event(
-            "occluded", turn.step, turn.crease, hidden.faces, triangles, angle_rad=angle,
-            time_s=float(self.loaded.data.time),
-            detail=f"{100 * hidden.share:.0f} % of crease {turn.crease} is hidden from the beam by {named} "
-            f"at {np.degrees(angle):.1f}° (at most {100 * self.plan.hidden_max:.0f} % allowed)"
-            + ("" if planned else ", but only while the part sags"),
-        )  # fmt: skip
-        if planned:
-            self.hidden_steps.add(turn.step)
-            self.events.append(event)
-        else:
-            self.sag_hides.setdefault(turn.step, event)
-
-    def _hidden_as_planned(self, turn: Turn, angle_rad: float) -> bool:
-        """Would the crease be hidden if nothing sagged?"""
-        ideal = self.ideal
-        for done in self.played:
-            if done.step >= turn.step:
-                break
-            ideal.set_angle(done.joint, done.to_rad)
-        ideal.set_angle(turn.joint, angle_rad)
-        ideal.all_contacts_on(turn.gone)
-        mujoco.mj_kinematics(ideal.model, ideal.data)
-        return hidden_by(ideal, turn, self.plan.limits).share > self.plan.hidden_max
-
-    def _count(self, seconds: float) -> int:
-        return max(1, int(np.ceil(seconds / float(self.loaded.model.opt.timestep) - 1e-9)))
-
-    def _rest(self, seconds: float) -> None:
-        for _ in range(self._count(seconds)):
-            self._step()
 
     def _weigh(self) -> None:
         """Moment of the weight of all that hangs on the base panel, about the centre of that panel."""
@@ -296,20 +267,3 @@ class DrivenRun:
             arm = data.subtree_com[body] - data.xipos[base]
             moment += np.cross(arm, model.body_subtreemass[body] * model.opt.gravity)
         self.tab_moment = max(self.tab_moment, float(np.linalg.norm(moment)) / NEWTON_METRE)
-
-    def _step(self) -> None:
-        data = self.loaded.data
-        mujoco.mj_step(self.loaded.model, data)
-        self.steps += 1
-        rate = float(np.abs(data.qvel).max(initial=0.0))
-        if not rate <= self.settings.largest_rate_rad_s:
-            raise _DivergedError(f"a hinge turns at {rate:.3g} rad/s")
-        self.worst_elastic = max(self.worst_elastic, float(np.abs(self.elastic()).max(initial=0.0)))
-
-
-def integration_state(loaded: LoadedModel) -> NDArray[np.float64]:
-    """Everything that the next step depends on."""
-    signature = mujoco.mjtState.mjSTATE_INTEGRATION
-    state = np.empty(mujoco.mj_stateSize(loaded.model, signature))
-    mujoco.mj_getState(loaded.model, loaded.data, state, signature)
-    return state

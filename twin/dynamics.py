@@ -13,12 +13,16 @@ from numpy.typing import NDArray
 
 from planner.fold_plan import FoldPlan
 from planner.values import frozen_array
-from twin.driven_run import DrivenRun, RunSettings, integration_state
+from twin.black_box import BlackBox
+from twin.driven_run import DrivenRun
 from twin.events import Event
 from twin.heating_interface import EqualPasses, Heating
 from twin.loaded_model import LoadedModel, quiet_mujoco
 from twin.mjcf_model import CompiledModel
+from twin.run_settings import RunSettings
+from twin.stepper import Checkpoint, integration_state
 from twin.sweep import SweepResult
+from twin.touches import Touch
 
 __all__ = ["DynamicResult", "RunSettings", "dynamic_run"]
 
@@ -41,6 +45,9 @@ class DynamicResult:
         tab_moment_n_m: largest static moment of the part's weight on the base, N m.
         warnings: messages of MuJoCo.
         state_sha256: hash of the final state, for bit-identity on one machine and version.
+        felt: touches felt up to a little beyond the hit that stopped the run.
+        checkpoints: the simulation before the first turn and after each.
+        black_box: the last states before a failure, None if it did not fail.
     """
 
     angles_rad: NDArray[np.float64]
@@ -56,6 +63,9 @@ class DynamicResult:
     tab_moment_n_m: float
     warnings: tuple[str, ...]
     state_sha256: str
+    felt: tuple[Touch, ...]
+    checkpoints: tuple[Checkpoint, ...]
+    black_box: BlackBox | None
 
 
 def dynamic_run(
@@ -64,6 +74,7 @@ def dynamic_run(
     sweep: SweepResult,
     heating: Heating | None = None,
     settings: RunSettings | None = None,
+    start: Checkpoint | None = None,
 ) -> DynamicResult:
     """Fold the plan with heated hinges under gravity.
 
@@ -73,28 +84,32 @@ def dynamic_run(
         sweep: result of the kinematic sweep of the same plan.
         heating: how plastic angles grow; equal passes if None.
         settings: speeds and bounds.
+        start: checkpoint of an earlier run of the same model, plan, heating and settings; only what follows
+            is run then, and told.
 
     Raises:
         ModelError: if the model was compiled from another net.
     """
     loaded = LoadedModel(compiled, plan.net)
     loaded.notice_contacts_only()
-    run = DrivenRun(loaded, plan, sweep, heating or EqualPasses(), settings or RunSettings())
     with quiet_mujoco() as messages:
-        finished = run.play(messages)
+        run = DrivenRun(
+            loaded, plan, sweep, heating or EqualPasses(), settings or RunSettings(), messages, start
+        )
+        finished = run.play()
     state = integration_state(loaded)
     permanent = np.zeros(len(plan.net.edges))
     for crease in compiled.side.panel_crease.tolist():
         if crease >= 0:
-            permanent[crease] = loaded.data.plastic[loaded.plastic_address(f"crease_{crease}")]
+            permanent[crease] = loaded.rest.of(f"crease_{crease}")
     return DynamicResult(
         angles_rad=frozen_array(loaded.crease_angles(), np.float64, (None,)),
         permanent_rad=frozen_array(permanent, np.float64, (None,)),
-        events=tuple(run.events), noted=run.noted(), missed=tuple(run.missed),
-        finished=finished, steps=run.steps,
-        seconds=run.steps * float(loaded.model.opt.timestep),
-        largest_sag_rad=float(np.abs(run.elastic()).max(initial=0.0)),
-        yield_share=run.worst_elastic / compiled.side.hinge.yield_rad,
+        events=tuple(sorted((*run.events, *run.sight.events), key=lambda e: e.step)), noted=run.noted(), missed=tuple(run.missed),
+        finished=finished, steps=run.stepper.steps, seconds=run.stepper.time_s,
+        largest_sag_rad=float(np.abs(loaded.rest.elastic()).max(initial=0.0)),
+        yield_share=run.stepper.worst_elastic_rad / compiled.side.hinge.yield_rad,
         tab_moment_n_m=run.tab_moment, warnings=tuple(messages),
         state_sha256=hashlib.sha256(state.tobytes()).hexdigest(),
+        felt=run.felt, checkpoints=tuple(run.checkpoints), black_box=run.black_box,
     )  # fmt: skip

@@ -6,6 +6,7 @@ __all__ = [
     "CalibrationError",
     "HeatingError",
     "ModelError",
+    "RecordFileError",
     "SettingError",
     "SimulationError",
     "TwinError",
@@ -27,6 +28,10 @@ class SimulationError(TwinError, RuntimeError):
 
 class ValidationFileError(TwinError, ValueError):
     """A certificate does not follow its format (exit code 2)."""
+
+
+class RecordFileError(TwinError, ValueError):
+    """A black box or a file of checkpoints is damaged, or does not belong here (exit code 2)."""
 
 
 class HeatingError(TwinError, ValueError):

@@ -7,7 +7,7 @@ from typing import Literal
 
 __all__ = ["Event", "EventKind"]
 
-EventKind = Literal["contact", "occluded", "stall", "tunnel", "sag", "numerical"]
+EventKind = Literal["contact", "occluded", "stall", "tunnel", "sag", "numerical", "rule"]
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,7 @@ class Event:
         angle_rad: angle of the turning crease.
         time_s: simulated time, -1 for the kinematic sweep.
         detail: a sentence for people.
+        rule: name of the rule that is broken, "" for other kinds.
     """
 
     kind: EventKind
@@ -37,6 +38,7 @@ class Event:
     angle_rad: float = 0.0
     time_s: float = -1.0
     detail: str = ""
+    rule: str = ""
 
     @property
     def pair(self) -> tuple[tuple[int, ...], tuple[int, ...]]:

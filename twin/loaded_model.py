@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from planner.net import Net
 from twin.errors import ModelError
+from twin.hinge_drive import RestAngles
 from twin.mjcf_model import FACE_GROUP, HIDDEN_GROUP, SHEET_GROUP, CompiledModel
 from twin.timeline import Turn, beam_direction
 from twin.units import GRAVITY_MM_S2
@@ -47,6 +48,7 @@ class LoadedModel:
         owner: geom → (kind, number) with kind ``"face"`` or ``"sheet"``.
         flat_position: (B, 3) where the frame of every body lies in the flat sheet.
         joint: joint name → joint number.
+        rest: rest angles of the hinges.
     """
 
     def __init__(self, compiled: CompiledModel, net: Net) -> None:
@@ -66,6 +68,7 @@ class LoadedModel:
         self.owner = {int(g): ("face", f) for f, g in enumerate(self.face_geom)}
         self.owner |= {int(g): ("sheet", k) for k, g in enumerate(self.piece_geom)}
         self.joint = {model.joint(j).name: j for j in range(model.njnt)}
+        self.rest = RestAngles(model, self.data, compiled.side.drive, compiled.side.hinge.yield_rad)
         mujoco.mj_kinematics(model, self.data)
         self.flat_position = self.data.xpos.copy()
 
@@ -73,9 +76,11 @@ class LoadedModel:
         """Index of a joint's angle in ``data.qpos``."""
         return int(self.model.jnt_qposadr[self.joint[joint]])
 
-    def plastic_address(self, joint: str) -> int:
-        """Index of a joint's plastic angle in ``data.plastic``."""
-        return int(self.model.jnt_plasticadr[self.joint[joint]])
+    def stiffness(self, joint: str) -> float:
+        """Torque per radian of a hinge, g mm²/s²."""
+        if self.compiled.side.drive == "springyield":
+            return float(self.model.jnt_stiffness[self.joint[joint]].flat[0])
+        return float(self.model.actuator(joint).gainprm[0])
 
     def crease_angles(self) -> NDArray[np.float64]:
         """(E,) angle of every net edge in the present state; 0 where there is no joint."""
@@ -88,7 +93,7 @@ class LoadedModel:
     def set_angle(self, joint: str, angle_rad: float) -> None:
         """Put a joint at an angle, at rest, without force."""
         self.data.qpos[self.qpos_address(joint)] = angle_rad
-        self.data.plastic[self.plastic_address(joint)] = angle_rad
+        self.rest.set(joint, angle_rad)
 
     def set_rotary(self, rotary_rad: float, gravity: bool = True) -> None:
         """Turn gravity and what stands still in the room as seen from the sheet."""

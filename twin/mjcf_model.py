@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,80 +11,28 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.fold_plan import Bend, Fold, FoldPlan
+from planner.fold_plan import Bend, FoldPlan
 from planner.insets import edge_insets, inset_triangles
 from planner.net import Net
 from planner.values import frozen_array
 from twin.errors import ModelError
+from twin.hinge_drive import Drive, best_drive, hinge_actuator
 from twin.hinge_law import STEEL_304, HingeLaw, SheetMetal, hinge_law
-from twin.scenery import scenery
-from twin.sheet_pieces import KEPT, SheetPiece, sheet_pieces
+from twin.scenery import machine_parts, scenery
+from twin.sheet_pieces import KEPT, sheet_pieces
+from twin.side_table import SideTable
 from twin.units import density_g_mm3
 
 if TYPE_CHECKING:
     import mujoco
 
-__all__ = ["DEEPEST_NESTING", "FACE_GROUP", "SHEET_GROUP", "CompiledModel", "SideTable", "compile_model"]
+__all__ = ["DEEPEST_NESTING", "FACE_GROUP", "SHEET_GROUP", "CompiledModel", "compile_model"]
 
 DEEPEST_NESTING = 400
 """Most creases on one path from the base: MuJoCo's XML reader gives up at 497 nested bodies."""
 
 FACE_GROUP, SHEET_GROUP, HIDDEN_GROUP = 1, 2, 5
 """Geom groups of faces, of substrate, and of substrate that has been clipped."""
-
-
-@dataclass(frozen=True, eq=False)
-class SideTable:
-    """Which element of the model stands for what.
-
-    A panel is a face with the faces joined to it by flat joints: one body, ``panel_<root face>``. Geoms are
-    ``face_<i>`` and ``sheet_<k>``, joints ``crease_<net edge>`` and ``bend_<step>``.
-
-    Attributes:
-        panel_of: (F,) panel of every face.
-        panel_root: (P,) first face of every panel; panel 0 holds the base face.
-        panel_crease: (P,) net edge that the panel turns about, -1 for panel 0.
-        bend_steps: plan steps that bend substrate; each has a joint.
-        pieces: the substrate as convex pieces, one geom each.
-        insets: (F, 3) distance in mm by which the prism of a face stands back from its edges.
-        thickness: of the sheet, mm.
-        hinge: law of all creases.
-        net_sha256: net that the model was made of.
-    """
-
-    panel_of: NDArray[np.int64]
-    panel_root: NDArray[np.int64]
-    panel_crease: NDArray[np.int64]
-    bend_steps: tuple[int, ...]
-    pieces: tuple[SheetPiece, ...]
-    insets: NDArray[np.float64]
-    thickness: float
-    hinge: HingeLaw
-    net_sha256: str
-
-    def to_json(self) -> str:
-        """The table as JSON for other tools: names of bodies, joints and geoms."""
-        return json.dumps(
-            {
-                "format": "metal-blossom/model-side-table", "version": 1, "units": "mm g s rad",
-                "net_sha256": self.net_sha256, "thickness": self.thickness,
-                "faces": [
-                    {"body": f"panel_{self.panel_root[p]}", "geom": f"face_{f}",
-                     "joint": f"crease_{self.panel_crease[p]}" if self.panel_crease[p] >= 0 else None,
-                     "insets": self.insets[f].tolist()}
-                    for f, p in enumerate(self.panel_of.tolist())
-                ],
-                "sheet": [
-                    {"geom": f"sheet_{k}", "triangles": list(p.triangles),
-                     "clipped_at_step": None if p.gone_at == KEPT else p.gone_at,
-                     "bent_at_step": None if p.bent_at == KEPT else p.bent_at}
-                    for k, p in enumerate(self.pieces)
-                ],
-                "hinge": {"stiffness_per_mm": self.hinge.stiffness_per_mm, "damping_s": self.hinge.damping_s,
-                          "yield_rad": self.hinge.yield_rad},
-            },
-            indent=1,
-        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,11 +61,18 @@ class CompiledModel:
             raise ModelError(f"MuJoCo refuses the compiled model: {error}") from error
 
 
-def compile_model(plan: FoldPlan, metal: SheetMetal = STEEL_304) -> CompiledModel:
+def compile_model(
+    plan: FoldPlan, metal: SheetMetal = STEEL_304, *, drive: Drive | None = None
+) -> CompiledModel:
     """MJCF model of net, sheet, tabs and scenery; the world is the frame of the sheet, units mm g s.
 
     One body per panel with its frame at one end of its crease and no rotation, one elasto-plastic hinge per
     crease (positive = valley), one prism per face and per convex piece of substrate. Angles start at 0.
+
+    Args:
+        plan: the plan.
+        metal: mechanics of the sheet.
+        drive: how the hinges keep their rest angle; the best that the installed MuJoCo knows if None.
 
     Raises:
         ModelError: if the net is nested deeper than ``DEEPEST_NESTING`` creases, or the thickness is not
@@ -133,24 +87,20 @@ def compile_model(plan: FoldPlan, metal: SheetMetal = STEEL_304) -> CompiledMode
             f"the net has {depth} creases in a row between base face {net.base_face} and its farthest face; "
             f"MuJoCo models can have at most {DEEPEST_NESTING}: choose another net method or base face"
         )
-    largest = np.zeros(len(net.edges))
-    for step in plan.steps:
-        if isinstance(step, Fold):
-            largest[step.crease] = max(largest[step.crease], abs(step.to_rad))
+    root = scenery(plan)
     side = SideTable(
         panel_of=panel_of, panel_root=panel_root, panel_crease=panel_crease,
         bend_steps=tuple(i for i, s in enumerate(plan.steps) if isinstance(s, Bend)),
         pieces=sheet_pieces(plan),
-        insets=frozen_array(
-            edge_insets(net, thickness, plan.limits.clearance, largest), np.float64, (None, 3)
-        ),
-        thickness=thickness, hinge=law, net_sha256=net.sha256,
+        insets=frozen_array(edge_insets(net, thickness, plan.limits.clearance), np.float64, (None, 3)),
+        thickness=thickness, hinge=law, net_sha256=net.sha256, drive=drive or best_drive(),
+        tabs=tuple(f"tab_{k}" for k, tab in enumerate(plan.sheet.tabs) if tab.start != tab.end),
+        machine=machine_parts(root),
     )  # fmt: skip
-    root = scenery(plan)
-    writer = _Writer(root, thickness, density_g_mm3(metal.density_kg_m3), law)
+    writer = _Writer(root, thickness, density_g_mm3(metal.density_kg_m3), law, side.drive)
     writer.net(net, side)
     writer.sheet(plan, side)
-    writer.tabs(plan)
+    writer.tabs(plan, side)
     ET.indent(root, " ")
     return CompiledModel(ET.tostring(root, encoding="unicode") + "\n", side)
 
@@ -183,7 +133,9 @@ def _numbers(values: NDArray[np.float64] | tuple[float, ...]) -> str:
 class _Writer:
     """Adds net and sheet to the scenery, element by element."""
 
-    def __init__(self, root: ET.Element, thickness: float, density: float, law: HingeLaw) -> None:
+    def __init__(
+        self, root: ET.Element, thickness: float, density: float, law: HingeLaw, drive: Drive
+    ) -> None:
         def section(name: str) -> ET.Element:
             found = root.find(name)
             return found if found is not None else ET.SubElement(root, name)
@@ -191,7 +143,9 @@ class _Writer:
         self.asset, self.world, self.contact = section("asset"), section("worldbody"), section("contact")
         self.half = thickness / 2.0
         self.surface_density = density * thickness
-        self.law = law
+        self.law, self.drive = law, drive
+        if drive == "actuator":
+            self.actuators = section("actuator")
         option = section("option")
         contact = {
             "condim": "1",
@@ -232,11 +186,13 @@ class _Writer:
     def _hinge(self, body: ET.Element, name: str, along: NDArray[np.float64]) -> None:
         length = float(np.linalg.norm(along))
         stiffness = self.law.stiffness_per_mm * length
-        ET.SubElement(
-            body, "joint", name=name, type="hinge", axis=_numbers((*(along / length), 0.0)),
-            stiffness=repr(stiffness), damping=repr(stiffness * self.law.damping_s),
-            springyield=repr(self.law.yield_rad),
-        )  # fmt: skip
+        joint = {"name": name, "type": "hinge", "axis": _numbers((*(along / length), 0.0)),
+                 "damping": repr(stiffness * self.law.damping_s)}  # fmt: skip
+        if self.drive == "springyield":
+            joint |= {"stiffness": repr(stiffness), "springyield": repr(self.law.yield_rad)}
+        ET.SubElement(body, "joint", joint)
+        if self.drive == "actuator":
+            self.actuators.append(hinge_actuator(name, stiffness, self.law.yield_rad))
 
     def net(self, net: Net, side: SideTable) -> None:
         """One body per panel, nested as the creases are."""
@@ -297,14 +253,14 @@ class _Writer:
             shrunk = centre + (piece.outline - centre) * max(0.5, 1.0 - play / max(reach, 1e-9))
             self._prism(body, f"sheet_{k}", "sheet", shrunk - origin, _area(piece.outline))
 
-    def tabs(self, plan: FoldPlan) -> None:
+    def tabs(self, plan: FoldPlan, side: SideTable) -> None:
         """Tabs as boxes across the kerf: to be seen, not to be touched."""
         for k, tab in enumerate(plan.sheet.tabs):
+            if f"tab_{k}" not in side.tabs:
+                continue
             start, end = np.array(tab.start), np.array(tab.end)
             along = end - start
             length = float(np.linalg.norm(along))
-            if length <= 0.0:
-                continue
             ET.SubElement(
                 self.world, "geom", name=f"tab_{k}", type="box", material="accent", contype="0",
                 conaffinity="0", mass="1e-6", pos=_numbers((*((start + end) / 2.0), 0.0)),

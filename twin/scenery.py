@@ -10,7 +10,7 @@ import numpy as np
 from planner.fold_plan import FoldPlan
 from twin.errors import ModelError
 
-__all__ = ["SCENERY_PARTS", "scenery"]
+__all__ = ["SCENERY_PARTS", "machine_parts", "scenery"]
 
 SCENERY_PARTS = ("scene", "laser_head", "rotary", "frame")
 """Files of ``models/mjcf`` that make up the scenery, in the order in which they are merged."""
@@ -36,6 +36,24 @@ def scenery(plan: FoldPlan) -> ET.Element:
                 _merge(target, element)
     _fit(root, plan)
     return root
+
+
+def machine_parts(root: ET.Element) -> dict[str, dict[str, tuple[str, ...]]]:
+    """Part of ``SCENERY_PARTS`` → ``bodies``, ``geoms``, ``sites`` → names that it brought into ``root``."""
+    kinds = (("bodies", "body"), ("geoms", "geom"), ("sites", "site"))
+    there = {kind: {e.get("name") for e in root.iter(tag)} for kind, tag in kinds}
+    out: dict[str, dict[str, tuple[str, ...]]] = {}
+    for part in SCENERY_PARTS:
+        world = _part(part).find("worldbody")
+        out[part] = {
+            kind: tuple(
+                name
+                for element in (world.iter(tag) if world is not None else ())
+                if (name := element.get("name")) is not None and name in there[kind]
+            )
+            for kind, tag in kinds
+        }
+    return out
 
 
 def _part(name: str) -> ET.Element:

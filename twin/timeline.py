@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from planner.fold_plan import Bend, Fold, FoldPlan, Rotate
 from planner.values import frozen_array
 from twin.errors import ModelError
-from twin.mjcf_model import SideTable
 from twin.sheet_pieces import KEPT
+from twin.side_table import SideTable
 
 __all__ = ["Turn", "beam_direction", "turns"]
 

@@ -69,14 +69,14 @@ def elastic_press(
     The hinges between the two bodies (between face and base for substrate) are springs in series, each with
     the distance of ``where`` from its axis as arm: F = depth / sum(arm^2 / k). Rigid faces, no friction.
     """
-    side, data, model = loaded.compiled.side, loaded.data, loaded.model
+    side, data = loaded.compiled.side, loaded.data
     paths = [_creases_to_base(loaded, face) for face in faces]
     between = paths[0] ^ paths[1] if len(paths) == 2 else paths[0] if paths else set()
     compliance, loads = 0.0, []
     for crease in sorted(between):
         joint = loaded.joint[f"crease_{crease}"]
         arm = float(np.linalg.norm(np.cross(where - data.xanchor[joint], data.xaxis[joint])))
-        stiffness = float(model.jnt_stiffness[joint].flat[0])
+        stiffness = loaded.stiffness(f"crease_{crease}")
         compliance += arm**2 / stiffness
         loads.append(arm / (stiffness * side.hinge.yield_rad))
     if compliance <= 0.0:

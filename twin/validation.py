@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal, Protocol
 
 import numpy as np
 
 from planner.fold_plan import FoldPlan
 from rigs.process import Process
-from twin.dynamics import DynamicResult, RunSettings, dynamic_run
+from twin.dynamics import DynamicResult, dynamic_run
 from twin.events import Event
 from twin.heating_interface import EqualPasses, Heating, ProcessHeating
 from twin.hinge_law import STEEL_304, SheetMetal
 from twin.mjcf_model import CompiledModel, compile_model
+from twin.rule_check import rule_events
+from twin.run_settings import RunSettings
+from twin.sag_warnings import sag_warnings
 from twin.scatter import ScatterResult, run_scatter
 from twin.scatter_draws import FoldTurn, ScatterFigures
 from twin.shape_error import folded_draws, shape_errors
@@ -25,7 +28,7 @@ __all__ = [
     "Hinge", "MaterialLike", "Validation", "Verdict", "sheet_metal", "validate",
 ]  # fmt: skip
 
-Verdict = Literal["pass", "contact", "occluded", "stall", "tunnel", "sag", "numerical"]
+Verdict = Literal["pass", "rule", "contact", "occluded", "stall", "tunnel", "sag", "numerical"]
 
 STALL_RAD = float(np.radians(2.0))
 """A hinge that ends further than this from its plan has stalled (sag of a whole part stays below it)."""
@@ -33,7 +36,7 @@ STALL_RAD = float(np.radians(2.0))
 DRAWS = 40
 """Draws of scatter of a certificate; ``blossom scatter`` makes more."""
 
-_ORDER: tuple[Verdict, ...] = ("contact", "occluded", "numerical", "tunnel", "sag", "stall")
+_ORDER: tuple[Verdict, ...] = ("contact", "occluded", "rule", "numerical", "tunnel", "sag", "stall")
 
 
 class MaterialLike(Protocol):
@@ -85,6 +88,7 @@ class Validation:
         shape_rms_rel: the same over the diagonal of the goal's bounding box.
         max_vertex_error: largest such distance, mm.
         noted: light touches of sagging faces and creases hidden by sag alone: no reason to refuse.
+        advice: where sag matters, in words; no reason to refuse either.
         missed_by_dynamics: contacts that the sweep saw and the dynamic run did not feel.
         energy_j: laser energy of the process, J.
         seconds: its time, s.
@@ -116,6 +120,7 @@ class Validation:
     shape_rms_rel: float
     max_vertex_error: float
     noted: tuple[Event, ...]
+    advice: tuple[str, ...]
     missed_by_dynamics: tuple[Event, ...]
     energy_j: float
     seconds: float
@@ -162,6 +167,7 @@ def validate(
     settings: RunSettings | None = None,
     draws: int = DRAWS,
     seed: int | None = None,
+    on_run: Callable[[DynamicResult], None] | None = None,
 ) -> Validation:
     """Play ``plan`` in MuJoCo, without and with forces, and say whether it may be sent to a machine.
 
@@ -175,6 +181,7 @@ def validate(
         settings: of the dynamic run.
         draws: draws of scatter.
         seed: of the draws; the plan's own if None.
+        on_run: given the dynamic run, with its checkpoints and, where it failed, its black box.
 
     Raises:
         ModelError: if no model can be made of the plan, or ``model`` is of another net.
@@ -185,6 +192,8 @@ def validate(
     bends = heating or (ProcessHeating(process) if process else EqualPasses())
     sweep = kinematic_sweep(compiled, plan)
     run = dynamic_run(compiled, plan, sweep, bends, settings)
+    if on_run is not None:
+        on_run(run)
     folds = tuple(
         FoldTurn(turn.step, turn.crease, turn.to_rad, tuple(bends.plastic_increments(turn)))
         for turn in turns(plan, compiled.side)
@@ -193,14 +202,15 @@ def validate(
     figures = ScatterFigures(*process.scatter) if process else ScatterFigures()
     scatter = run_scatter(plan, folds, figures, draws=draws, seed=plan.seed if seed is None else seed)
     stalled = _stalled(plan, run)
-    events = tuple(sorted((*sweep.events, *run.events, *stalled), key=lambda e: (e.step, e.time_s, e.kind)))
+    found = (*rule_events(plan), *_felt(sweep.events, run), *run.events, *stalled)
+    events = tuple(sorted(found, key=lambda e: (e.step, e.time_s, e.kind)))
     rms, worst = shape_errors(plan.net, folded_draws(plan.net, run.angles_rad[None]))
     diagonal = float(np.linalg.norm(np.ptp(plan.net.goal.vertices, axis=0)))
     calibrated = process is not None and process.calibration != "none"
     return Validation(
         verdict=_verdict(events), events=events, hinges=_hinges(plan, run, sorted({f.crease for f in folds})),
         shape_rms=float(rms[0]), shape_rms_rel=float(rms[0]) / diagonal, max_vertex_error=float(worst[0]),
-        noted=run.noted, missed_by_dynamics=run.missed,
+        noted=run.noted, advice=sag_warnings(plan, run), missed_by_dynamics=run.missed,
         energy_j=process.energy_j if process else 0.0, seconds=process.seconds if process else 0.0,
         passes=process.passes if process else sum(len(f.increments_rad) for f in folds),
         heating=bends.name, calibration=process.calibration if process else "none",
@@ -219,6 +229,23 @@ def _verdict(events: Sequence[Event]) -> Verdict:
     return next((kind for kind in _ORDER if kind in kinds), "pass")
 
 
+def _felt(events: Sequence[Event], run: DynamicResult) -> list[Event]:
+    """Events of the sweep; the one that stopped the run with the depth and force felt a little beyond it."""
+    felt = {touch.pair: touch for touch in run.felt}
+    first = events[0].step if events else -1
+    return [
+        replace(e, depth_mm=max(e.depth_mm, felt[e.pair].depth_mm), force_n=felt[e.pair].force_n)
+        if e.step == first and e.pair in felt
+        else e
+        for e in events
+    ]
+
+
+def _joined_by(plan: FoldPlan, crease: int) -> tuple[int, ...]:
+    child = plan.net.child_of[crease]
+    return (int(child), int(plan.net.parent[child]))
+
+
 def _stalled(plan: FoldPlan, run: DynamicResult) -> list[Event]:
     """Hinges of a finished run that are not where the plan wants them."""
     if not run.finished:
@@ -226,7 +253,7 @@ def _stalled(plan: FoldPlan, run: DynamicResult) -> list[Event]:
     error = run.angles_rad - plan.final_angles
     return [
         Event(
-            "stall", len(plan.steps) - 1, crease, angle_rad=float(run.angles_rad[crease]), time_s=run.seconds,
+            "stall", len(plan.steps) - 1, crease, _joined_by(plan, crease), angle_rad=float(run.angles_rad[crease]), time_s=run.seconds,
             detail=f"crease {crease} ends at {np.degrees(run.angles_rad[crease]):.2f}° "
             f"instead of {np.degrees(plan.final_angles[crease]):.2f}°",
         )

@@ -12,7 +12,7 @@ from typing import Any
 
 from planner.atomic_file import write_atomic
 from twin.errors import ValidationFileError
-from twin.events import Event
+from twin.event_values import degrees, event_values, read_event
 from twin.scatter_file import read_scatter, scatter_values
 from twin.validation import Hinge, Validation
 
@@ -41,15 +41,15 @@ def validation_bytes(
     data["versions"] = dict(sorted((versions or {}).items()))
     for item in fields(validation):
         data.setdefault(_RENAMED.get(item.name, item.name), getattr(validation, item.name))
-    data["events"] = [_event(e) for e in validation.events]
-    data["noted"] = [_event(e) for e in validation.noted]
-    data["missed_by_dynamics"] = [_event(e) for e in validation.missed_by_dynamics]
+    data["events"] = [event_values(e) for e in validation.events]
+    data["noted"] = [event_values(e) for e in validation.noted]
+    data["missed_by_dynamics"] = [event_values(e) for e in validation.missed_by_dynamics]
     data["hinges"] = [
-        {"crease": h.crease, "goal": _degrees(h.goal_rad), "wanted": _degrees(h.wanted_rad),
-         "reached": _degrees(h.reached_rad)}
+        {"crease": h.crease, "goal": degrees(h.goal_rad), "wanted": degrees(h.wanted_rad),
+         "reached": degrees(h.reached_rad)}
         for h in validation.hinges
     ]  # fmt: skip
-    data["largest_sag"] = _degrees(validation.largest_sag_rad)
+    data["largest_sag"] = degrees(validation.largest_sag_rad)
     data["heating"] = {
         "model": validation.heating, "calibration": validation.calibration, "grade": validation.grade,
         "flags": list(validation.flags),
@@ -98,9 +98,9 @@ def read_validation(path: str | os.PathLike[str]) -> Validation:
         return Validation(
             **plain
             | {
-                "events": tuple(_read_event(e) for e in data["events"]),
-                "noted": tuple(_read_event(e) for e in data["noted"]),
-                "missed_by_dynamics": tuple(_read_event(e) for e in data["missed_by_dynamics"]),
+                "events": tuple(read_event(e) for e in data["events"]),
+                "noted": tuple(read_event(e) for e in data["noted"]),
+                "missed_by_dynamics": tuple(read_event(e) for e in data["missed_by_dynamics"]),
                 "hinges": tuple(
                     Hinge(int(h["crease"]), *(math.radians(h[k]) for k in ("goal", "wanted", "reached")))
                     for h in data["hinges"]
@@ -108,7 +108,7 @@ def read_validation(path: str | os.PathLike[str]) -> Validation:
                 "largest_sag_rad": math.radians(data["largest_sag"]),
                 "heating": heating["model"], "calibration": heating["calibration"], "grade": heating["grade"],
                 "flags": tuple(heating["flags"]), "scatter": read_scatter(data["scatter"]),
-                "warnings": tuple(data["warnings"]),
+                "warnings": tuple(data["warnings"]), "advice": tuple(data.get("advice", ())),
             }
         )  # fmt: skip
     except (KeyError, TypeError, ValueError) as error:
@@ -140,26 +140,3 @@ def _parse(path: str | os.PathLike[str]) -> dict[str, Any]:
             f"{path}: certificate version {data.get('version')!r}, expected {VERSION}: validate again"
         )
     return data
-
-
-def _degrees(angle_rad: float) -> float:
-    """Degrees to 1e-9, so that reading and writing again gives the same bytes."""
-    return round(math.degrees(angle_rad), 9)
-
-
-def _event(event: Event) -> dict[str, Any]:
-    return {
-        "kind": event.kind, "step": event.step, "crease": event.crease, "faces": list(event.faces),
-        "substrate": list(event.substrate), "depth": event.depth_mm, "force": event.force_n,
-        "angle": _degrees(event.angle_rad), "time": event.time_s if event.time_s >= 0.0 else None,
-        "detail": event.detail,
-    }  # fmt: skip
-
-
-def _read_event(data: Mapping[str, Any]) -> Event:
-    time = data["time"]
-    return Event(
-        data["kind"], int(data["step"]), int(data["crease"]), tuple(data["faces"]), tuple(data["substrate"]),
-        float(data["depth"]), float(data["force"]), math.radians(data["angle"]),
-        -1.0 if time is None else float(time), str(data["detail"]),
-    )  # fmt: skip

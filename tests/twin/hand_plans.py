@@ -139,10 +139,13 @@ def plan_of(
     steps: Sequence[Step] | None = None,
     sheet: Sheet | None = None,
     limits: MachineLimits | None = None,
+    without: tuple[str, ...] | None = None,
 ) -> FoldPlan:
+    """A plan of folds alone: nothing is cut, so ``held`` is switched off unless told otherwise."""
     return FoldPlan(
         net=net, sheet=sheet or ring_sheet(net), limits=limits or MachineLimits(),
         steps=tuple(outside_in_steps(net) if steps is None else steps), metrics=PlanMetrics(1.0, 0.0, 0.0, 0),
+        without=("held",) if without is None else without,
     )  # fmt: skip
 
 

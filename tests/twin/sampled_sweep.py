@@ -29,6 +29,9 @@ def sampled_hits(
     loaded = LoadedModel(compiled, plan.net)
     model, data = loaded.model, loaded.data
     net = plan.net
+    # MuJoCo leaves out pairs of a body and its parent; panels of several faces may meet beside their hinge.
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
+    model.exclude_signature[:] = 0
     found: list[dict[tuple[int, frozenset[tuple[str, int]]], tuple[float, float]]] = [
         {} for _ in tolerances_mm
     ]

@@ -12,12 +12,13 @@ from planner.fold_plan import Fold, Rotate
 from planner.goal_mesh import GoalMesh
 from rigs.process import FoldProcess, Process
 from tests.twin.hand_plans import box, breadth_first_net, icosahedron, outside_in_steps, plan_of, star
-from twin.dynamics import RunSettings, dynamic_run
+from twin.dynamics import dynamic_run
 from twin.errors import ModelError
 from twin.heating_interface import EqualPasses, ProcessHeating
 from twin.hinge_law import STEEL_304, SheetMetal
 from twin.loaded_model import LoadedModel
 from twin.mjcf_model import compile_model
+from twin.run_settings import RunSettings
 from twin.sweep import kinematic_sweep
 from twin.timeline import turns
 from twin.touches import elastic_press
