@@ -85,6 +85,7 @@ def bundle_summary(ws: Workspace, replay: str = "") -> Summary:
     if validation is not None:
         known["verdict"] = str(validation["verdict"])
         known["process"] = str(validation.get("process", ""))
+        known["notices"] = (*known["notices"], *map(str, validation.get("advice", ())))
         if known["verdict"] != "pass":
             known["reason"] = _reason(validation)
     return Summary(**known)
@@ -105,6 +106,8 @@ def _reason(validation: dict[str, Any]) -> str:
     if not events:
         return "; ".join(map(str, validation.get("warnings", ())))
     more = f" (and {len(events) - 1} more, see report.html)" if len(events) > 1 else ""
+    if validation["verdict"] == "numerical":
+        more += "; blossom replay-dump opens the black box"
     return event_text(events[0]) + more
 
 

@@ -27,6 +27,7 @@ from studio import (
     commands_make,
     commands_materials,
     commands_net,
+    commands_replay_dump,
     commands_resume,
     commands_rigs,
     commands_scatter,
@@ -74,7 +75,7 @@ app = App(
 for _command in (
     commands_make.make, commands_lists.check, commands_net.net, commands_stages.plan,
     commands_certify.certify, commands_stages.validate, commands_stages.job, commands_stages.replay,
-    commands_resume.resume, commands_shadow.shadow, commands_trace.trace,
+    commands_resume.resume, commands_shadow.shadow, commands_trace.trace, commands_replay_dump.replay_dump,
     commands_stages.report, commands_view.view, commands_export.export, commands_guide.guide,
     commands_compare.compare,
     commands_explain.explain, commands_scatter.scatter, commands_bend.bend,

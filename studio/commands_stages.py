@@ -10,7 +10,7 @@ from cyclopts import Parameter
 from studio.commands_make import exit_code
 from studio.commands_view import ViewPort
 from studio.errors import UsageError
-from studio.exit_codes import DONE
+from studio.exit_codes import DONE, NO
 from studio.flags import (
     BendFlags,
     Budget,
@@ -22,6 +22,7 @@ from studio.flags import (
     Quiet,
     Tilt,
     Without,
+    not_negative,
 )  # fmt: skip
 from studio.live_server import DEFAULT_PORT
 from studio.options import PlanOptions
@@ -80,12 +81,33 @@ def plan(
     return DONE
 
 
-def validate(bundle: Bundle, /, *, json: Json = False, quiet: Quiet = False) -> int:
+def validate(
+    bundle: Bundle,
+    /,
+    *,
+    from_step: Annotated[
+        int | None,
+        Parameter(
+            metavar="N", validator=not_negative,
+            help="Only run again from this step on, from the checkpoint before it; changes nothing.",
+        ),
+    ] = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> int:  # fmt: skip
     """Play a plan in MuJoCo and write the certificate.
 
     Examples:
         blossom validate out/bunny
+
+        blossom validate out/bunny --from-step 120
     """
+    if from_step is not None:
+        from studio.restart_stage import print_restart, restart
+
+        restarted = restart(bundle, from_step, Progress(quiet=quiet or json))
+        print_restart(restarted, as_json=json)
+        return DONE if restarted["same_state"] else NO
     from studio.pipeline import run_stage
     from studio.stages import validate_stage
 

@@ -120,8 +120,8 @@ def _seal(document: dict[str, Any]) -> str:
 STAGE_OF = {
     "rig.toml": "net", "material.toml": "net", "goal.ply": "net", "net.fold": "net",
     "plan.json": "plan", "sheet.svg": "plan", "sheet.dxf": "plan", "contact.json": "plan",
-    "sight.json": "plan", "model.xml": "validate", "validation.json": "validate", "job.gcode": "job",
-    "job.json": "job",
+    "sight.json": "plan", "model.xml": "validate", "model.json": "validate", "validation.json": "validate",
+    "checkpoints.npz": "validate", "black-box.npz": "validate", "job.gcode": "job", "job.json": "job",
     "report.html": "report", "motion.glb": "report", "strip.svg": "testgrid",
 }  # fmt: skip
 """The stage that writes each file of a bundle."""

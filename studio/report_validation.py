@@ -11,6 +11,7 @@ __all__ = ["event_text", "validation_rows"]
 EVENT_WORDS = {
     "contact": "contact", "occluded": "the beam is hidden", "stall": "a crease does not get there",
     "tunnel": "faces passed through each other", "sag": "the part sags", "numerical": "the simulation failed",
+    "rule": "a rule is broken",
 }  # fmt: skip
 
 
@@ -56,6 +57,8 @@ def event_text(event: Mapping[str, Any]) -> str:
     text = (
         f"step {int(event.get('step', 0)) + 1}: {EVENT_WORDS.get(str(event.get('kind')), event.get('kind'))}"
     )
+    if event.get("rule"):
+        text += f" ({event['rule']})"
     if event.get("detail"):
         return f"{text}: {event['detail']}"
     faces = event.get("faces") or ()

@@ -15,6 +15,7 @@ from studio.workspace import Workspace
 
 if TYPE_CHECKING:
     from planner.fold_plan import MachineLimits
+    from twin.dynamics import DynamicResult
 
 __all__ = ["job_stage", "plan_stage", "report_stage", "validate_stage"]
 
@@ -112,22 +113,37 @@ def bend_limits(limits: MachineLimits, options: PlanOptions) -> MachineLimits:
 
 
 def validate_stage(ws: Workspace) -> str:
-    """Play the plan in MuJoCo: ``model.xml`` and ``validation.json``; returns the verdict.
+    """Play the plan in MuJoCo: model, certificate and checkpoints; returns the verdict.
+
+    Writes ``model.xml`` with its side table ``model.json``, ``validation.json``, ``checkpoints.npz`` and,
+    where the simulation failed, ``black-box.npz``.
 
     The certificate names the hash of the job that follows from the plan, so that the machine gets what was
     validated and nothing else.
     """
+    from twin.black_box import BLACK_BOX_FILE, write_black_box
+    from twin.checkpoint_file import CHECKPOINT_FILE, write_checkpoints
     from twin.mjcf_model import compile_model
     from twin.validation import sheet_metal, validate
     from twin.validation_file import write_validation
 
+    for name in (CHECKPOINT_FILE, BLACK_BOX_FILE):
+        ws.manifest.files.pop(name, None)
     with ws.progress.stage("validate", "playing the plan in MuJoCo"):
         model = compile_model(ws.plan, sheet_metal(ws.material))
         ws.path("model.xml").write_text(model.xml, encoding="utf-8")
-        ws.record("validate", "model.xml")
-        validation = validate(ws.plan, ws.process, ws.rig, ws.material, model=model)
+        ws.path("model.json").write_text(model.side.to_json() + "\n", encoding="utf-8")
+        ws.record("validate", "model.xml", "model.json")
+        runs: list[DynamicResult] = []
+        validation = validate(ws.plan, ws.process, ws.rig, ws.material, model=model, on_run=runs.append)
         hashes = ws.hashes("goal", "net", "plan", "model") | {"job": ws.job.sha256}
         write_validation(validation, ws.path("validation.json"), hashes, ws.manifest.versions)
+        run = runs[0]
+        write_checkpoints(ws.path(CHECKPOINT_FILE), run.checkpoints, run.state_sha256, hashes)
+        ws.record("validate", CHECKPOINT_FILE)
+        if run.black_box is not None:
+            write_black_box(run.black_box, ws.path(BLACK_BOX_FILE), hashes)
+            ws.record("validate", BLACK_BOX_FILE)
     ws.manifest.parameters["validate"] = {}
     ws.record("validate", "validation.json")
     return str(validation.verdict)

@@ -104,7 +104,7 @@ def test_page_names_the_flags_that_help_names(page):
     text = page.read_text(encoding="utf-8")
     flags = re.compile(r"(?<![\w-])--[a-z]+(?:-[a-z]+)*")
     own = set()
-    for name in re.findall(r"blossom ([a-z]+)", text.partition("\n")[0]):
+    for name in re.findall(r"blossom ([a-z]+(?:-[a-z]+)*)", text.partition("\n")[0]):
         own |= set(flags.findall(help_of(name)))
     assert own, "the heading names the command"
     named = set(flags.findall(text))

@@ -1,4 +1,4 @@
-"""The black box of a failed run: the last states before the failure, and all that is needed to look at them."""
+"""The black box of a failed run: the last states before the failure, and what is needed to look at them."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ class BlackBox:
         model_sha256: hash of ``xml``.
         mujoco: version that the run was made with.
         event: the failure.
-        states: (K, N) ``mjSTATE_INTEGRATION`` before each of the last steps, oldest first; the last one is
-            the state before the step that failed.
+        states: (K, N) states (``mjSTATE_FULLPHYSICS`` and warm start) before each of the last steps, oldest
+            first; the last one is the state before the step that failed.
         gravity: (K, 3) gravity during each of them, mm/s².
         after: (N,) the state after the step that failed, as MuJoCo left it.
         hashes: what the run belonged to, such as ``{"plan": "…"}``.

@@ -64,12 +64,13 @@ def write_checkpoints(
         "hashes": dict(sorted(hashes.items())),
     }  # fmt: skip
     figures = [
-        (c.step, c.steps, c.rotary_rad, c.worst_elastic_rad, c.tab_moment_n_m, *c.gravity) for c in checkpoints
+        (c.step, c.steps, c.rotary_rad, c.worst_elastic_rad, c.tab_moment_n_m, *c.gravity)
+        for c in checkpoints
     ]
     width = len(checkpoints[0].state) if checkpoints else 0
     arrays = {
         "figures": np.array(figures, dtype=np.float64).reshape(-1, 8),
-        "states": np.array([c.state for c in checkpoints], dtype=np.float64).reshape(-1, width),
+        "states": np.array([c.state for c in checkpoints], dtype=np.float64).reshape(len(checkpoints), width),
     }
     write_record(path, head, arrays)
 

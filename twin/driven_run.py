@@ -23,12 +23,13 @@ from twin.sight_watch import SightWatch
 from twin.stepper import Checkpoint, DivergedError, Stepper, integration_state, restore_state
 from twin.sweep import SweepResult
 from twin.timeline import Turn, turns
-from twin.touches import Touch, contact_event, touches
+from twin.touches import Touch, TouchLog, contact_event
 from twin.units import NEWTON_METRE
 
 __all__ = ["DrivenRun"]
 
 _Pair = tuple[tuple[int, ...], tuple[int, ...]]
+_SETTLING_STEPS = 4
 
 
 class DrivenRun:
@@ -119,7 +120,9 @@ class DrivenRun:
     def _fail(self, turn: Turn | None, why: str) -> None:
         """The run is worth nothing from here on: say so, and keep what led to it."""
         step, crease = (turn.step, turn.crease) if turn is not None else (0, -1)
-        angle = float(self.loaded.data.qpos[self.loaded.qpos_address(turn.joint)]) if turn is not None else 0.0
+        angle = (
+            float(self.loaded.data.qpos[self.loaded.qpos_address(turn.joint)]) if turn is not None else 0.0
+        )
         event = Event(
             "numerical", step, crease, self._joined_by(crease), time_s=self.stepper.time_s, detail=why,
             angle_rad=angle if np.isfinite(angle) else 0.0,
@@ -127,7 +130,7 @@ class DrivenRun:
         self.events.append(event)
         states, gravity = self.stepper.last_states()
         self.black_box = black_box_of(
-            self.loaded.compiled, event, states, gravity, integration_state(self.loaded)
+            self.loaded.compiled, event, states, gravity, self.stepper.present_state()
         )
 
     def _joined_by(self, crease: int) -> tuple[int, ...]:
@@ -210,29 +213,28 @@ class DrivenRun:
         data, qpos = loaded.data, loaded.qpos_address(turn.joint)
         given, looked, base = 0.0, 0.0, loaded.rest.of(turn.joint)
         loaded.moving_contacts_on(turn)
-        seen: dict[_Pair, Touch] = {}
+        log = TouchLog(self.plan, loaded, turn, settings.depth_tolerance_mm)
         for wanted in self._angles_given(turn, speed):
             if stop_at is not None and abs(wanted) > abs(stop_at - turn.from_rad) + settings.past_onset_rad:
                 break
             loaded.rest.add(turn.joint, wanted - given)
             given = wanted
             step()
-            self._collect(turn, seen)
+            log.note()
             if not abs(data.qpos[qpos] - (base + given)) <= settings.largest_lag_rad:
                 lag = np.degrees(data.qpos[qpos] - base - given)
                 raise DivergedError(f"{turn.joint} is {lag:.1f}° away from where it was driven")
             if abs(given) - looked >= settings.sight_every_rad and stop_at is None:
                 looked = abs(given)
                 self.sight.look(turn)
-        for _ in range(5):
+        for _ in range(_SETTLING_STEPS):
             step()
-            self._collect(turn, seen)
+            log.note()
         if stop_at is None:
             loaded.all_contacts_on(turn.gone)
-            mujoco.mj_kinematics(loaded.model, data)
-            mujoco.mj_collision(loaded.model, data)
-            self._collect(turn, seen)
-        return [seen[key] for key in sorted(seen)]
+            step()  # its search for contacts is the full check of everything with everything
+            log.note()
+        return log.touches()
 
     def _angles_given(self, turn: Turn, speed: float) -> list[float]:
         """Plastic angle that the turn has been given by each of its steps, smoothly from 0 on."""
@@ -243,18 +245,8 @@ class DrivenRun:
         count = self.stepper.count(seconds)
         share = np.arange(1, count + 1) / count
         share *= share * (3.0 - 2.0 * share)
-        angles: list[float] = np.interp(
-            share * (len(heights) - 1), np.arange(len(heights)), heights
-        ).tolist()
+        angles: list[float] = np.interp(share * (len(heights) - 1), np.arange(len(heights)), heights).tolist()
         return angles
-
-    def _collect(self, turn: Turn, seen: dict[_Pair, Touch]) -> None:
-        if self.loaded.data.ncon == 0:
-            return
-        for touch in touches(self.plan, self.loaded, turn, self.settings.depth_tolerance_mm):
-            known = seen.get(touch.pair)
-            if known is None or touch.depth_mm > known.depth_mm:
-                seen[touch.pair] = touch
 
     def _weigh(self) -> None:
         """Moment of the weight of all that hangs on the base panel, about the centre of that panel."""

@@ -89,6 +89,7 @@ def dynamic_run(
 
     Raises:
         ModelError: if the model was compiled from another net.
+        RecordFileError: if the checkpoint is of another model.
     """
     loaded = LoadedModel(compiled, plan.net)
     loaded.notice_contacts_only()
@@ -105,7 +106,8 @@ def dynamic_run(
     return DynamicResult(
         angles_rad=frozen_array(loaded.crease_angles(), np.float64, (None,)),
         permanent_rad=frozen_array(permanent, np.float64, (None,)),
-        events=tuple(sorted((*run.events, *run.sight.events), key=lambda e: e.step)), noted=run.noted(), missed=tuple(run.missed),
+        events=tuple(sorted((*run.events, *run.sight.events), key=lambda e: e.step)),
+        noted=run.noted(), missed=tuple(run.missed),
         finished=finished, steps=run.stepper.steps, seconds=run.stepper.time_s,
         largest_sag_rad=float(np.abs(loaded.rest.elastic()).max(initial=0.0)),
         yield_share=run.stepper.worst_elastic_rad / compiled.side.hinge.yield_rad,

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.errors import ModelError
+
 if TYPE_CHECKING:
     import mujoco
 
@@ -54,13 +56,10 @@ class RestAngles:
         yield_rad: elastic angle at which a hinge yields.
     """
 
-    def __init__(
-        self, model: mujoco.MjModel, data: mujoco.MjData, drive: Drive, yield_rad: float
-    ) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, drive: Drive, yield_rad: float) -> None:
         self.drive, self.yield_rad = drive, yield_rad
         self.names = tuple(model.joint(j).name for j in range(model.njnt))
         self.at = {name: n for n, name in enumerate(self.names)}
-        qpos = np.array(model.jnt_qposadr, dtype=np.int64)
         if drive == "springyield":
             self._rest, address = data.plastic, np.array(model.jnt_plasticadr, dtype=np.int64)
         else:
@@ -68,21 +67,38 @@ class RestAngles:
             address = np.empty(model.njnt, dtype=np.int64)
             address[driven] = model.actuator_actadr
             self._rest = data.act
-        self._address, self._qpos, self._data = address, qpos, data
-        # All joints of a compiled model are hinges in the order of the state: plain slices are quicker.
-        count = len(address)
-        self._plain = bool(np.array_equal(address, np.arange(count)) and np.array_equal(qpos, np.arange(count)))
+        count = model.njnt
+        if not np.array_equal(model.jnt_qposadr, np.arange(count)):
+            raise ModelError("the model has joints that are no hinges: it was not compiled here")
+        self._address, self._angle, self._rate = address, data.qpos, data.qvel
+        # A plain slice, no gathering, where the rest angles stand in the order of the joints: the usual case.
+        in_order = np.array_equal(address, np.arange(count))
+        self._in_order = self._rest[:count] if in_order else None
+        self._work = np.zeros(count)
 
     def all(self) -> NDArray[np.float64]:
-        """(J,) rest angle of every joint; a view or a copy."""
-        rest: NDArray[np.float64] = self._rest if self._plain else self._rest[self._address]
+        """(J,) rest angle of every joint; to be read only, and at once."""
+        rest: NDArray[np.float64] = self._rest[self._address] if self._in_order is None else self._in_order
         return rest
 
     def elastic(self) -> NDArray[np.float64]:
         """(J,) elastic angle of every joint: where it is less where it would rest."""
-        now = self._data.qpos if self._plain else self._data.qpos[self._qpos]
-        lag: NDArray[np.float64] = now - self.all()
+        lag: NDArray[np.float64] = self._angle - self.all()
         return lag
+
+    def rate_within(self, largest_rad_s: float) -> bool:
+        """Does no hinge turn faster? False also where a rate is no number."""
+        rates = self._rate
+        if not len(rates):
+            return True
+        return bool(np.maximum.reduce(rates) <= largest_rad_s and np.minimum.reduce(rates) >= -largest_rad_s)
+
+    def largest_elastic(self) -> float:
+        """Largest elastic angle of any joint, without sign."""
+        if not len(self._work):
+            return 0.0
+        lag = np.subtract(self._angle, self.all(), out=self._work)
+        return max(float(np.maximum.reduce(lag)), -float(np.minimum.reduce(lag)))
 
     def of(self, joint: str) -> float:
         """Rest angle of one joint."""
@@ -96,12 +112,8 @@ class RestAngles:
         """Put the rest angle of a joint."""
         self._rest[self._address[self.at[joint]]] = angle_rad
 
-    def creep(self, elastic_rad: NDArray[np.float64]) -> None:
-        """After a step: overloaded hinges bend for good (MuJoCo's own springs have done so already).
-
-        Args:
-            elastic_rad: (J,) what ``elastic`` gives now.
-        """
+    def creep(self) -> None:
+        """After a step: overloaded hinges bend for good (MuJoCo's own springs have done so already)."""
         if self.drive == "actuator":
-            over = elastic_rad - np.clip(elastic_rad, -self.yield_rad, self.yield_rad)
-            self._rest[self._address] += over
+            lag = self.elastic()
+            self._rest[self._address] += lag - np.clip(lag, -self.yield_rad, self.yield_rad)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cached_property
 
 import mujoco
 import numpy as np
@@ -69,6 +70,7 @@ class LoadedModel:
         self.owner |= {int(g): ("sheet", k) for k, g in enumerate(self.piece_geom)}
         self.joint = {model.joint(j).name: j for j in range(model.njnt)}
         self.rest = RestAngles(model, self.data, compiled.side.drive, compiled.side.hinge.yield_rad)
+        self._geoms_at: dict[int, frozenset[int]] = {}
         mujoco.mj_kinematics(model, self.data)
         self.flat_position = self.data.xpos.copy()
 
@@ -76,11 +78,72 @@ class LoadedModel:
         """Index of a joint's angle in ``data.qpos``."""
         return int(self.model.jnt_qposadr[self.joint[joint]])
 
-    def stiffness(self, joint: str) -> float:
-        """Torque per radian of a hinge, g mm²/s²."""
+    @cached_property
+    def _local_corners(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """(ngeom, K, 3) corners of the mesh geoms in their own frame, (ngeom,) how many each has."""
+        model = self.model
+        geoms = list(self.owner)
+        count = np.zeros(model.ngeom, dtype=np.int64)
+        count[geoms] = model.mesh_vertnum[model.geom_dataid[geoms]]
+        out = np.zeros((model.ngeom, int(count.max(initial=1)), 3))
+        for g in geoms:
+            mesh = int(model.geom_dataid[g])
+            first, number = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+            out[g, :number] = model.mesh_vert[first : first + number]
+            out[g, number:] = out[g, 0]
+        return out, count
+
+    def corners(self, geoms: NDArray[np.int64]) -> NDArray[np.float64]:
+        """(G, K, 3) corners of faces or sheet pieces in the present pose; short lists repeat the first."""
+        local, count = self._local_corners
+        turn = self.data.geom_xmat[geoms].reshape(-1, 3, 3)
+        own = local[geoms, : int(count[geoms].max(initial=1))]
+        world: NDArray[np.float64] = own @ turn.transpose(0, 2, 1) + self.data.geom_xpos[geoms][:, None]
+        return world
+
+    def other_pose(self) -> LoadedModel:
+        """The same model in a pose of its own; contact bits and groups are shared."""
+        other = object.__new__(LoadedModel)
+        other.__dict__.update(self.__dict__)
+        other.data = mujoco.MjData(self.model)
+        hinge = self.compiled.side.hinge
+        other.rest = RestAngles(self.model, other.data, self.compiled.side.drive, hinge.yield_rad)
+        return other
+
+    @cached_property
+    def stiffness(self) -> NDArray[np.float64]:
+        """(J,) torque per radian of every hinge, g mm²/s²."""
         if self.compiled.side.drive == "springyield":
-            return float(self.model.jnt_stiffness[self.joint[joint]].flat[0])
-        return float(self.model.actuator(joint).gainprm[0])
+            return np.array([float(self.model.jnt_stiffness[j].flat[0]) for j in range(self.model.njnt)])
+        return np.array([float(self.model.actuator(name).gainprm[0]) for name in self.joint])
+
+    @cached_property
+    def _joints_to_base(self) -> NDArray[np.bool_]:
+        """(P, J) True for the joints between a panel and the base panel."""
+        side = self.compiled.side
+        out = np.zeros((len(side.panel_root), self.model.njnt), dtype=np.bool_)
+        for panel, (face, crease) in enumerate(
+            zip(side.panel_root.tolist(), side.panel_crease.tolist(), strict=True)
+        ):
+            if crease >= 0:
+                out[panel] = out[side.panel_of[self.net.parent[face]]]
+                out[panel, self.joint[f"crease_{crease}"]] = True
+        return out
+
+    def geoms_at(self, crease: int) -> frozenset[int]:
+        """Geoms of the faces of the two panels that a crease joins."""
+        if crease not in self._geoms_at:
+            panel_of = self.compiled.side.panel_of
+            child = self.net.child_of[crease]
+            own = (panel_of == panel_of[child]) | (panel_of == panel_of[self.net.parent[child]])
+            self._geoms_at[crease] = frozenset(self.face_geom[own].tolist())
+        return self._geoms_at[crease]
+
+    def joints_between(self, faces: tuple[int, ...]) -> NDArray[np.int64]:
+        """Joints on the way from one of two faces to the other, or from one face to the base."""
+        ways = self._joints_to_base[self.compiled.side.panel_of[list(faces)]]
+        between: NDArray[np.int64] = np.flatnonzero(ways.sum(axis=0) == 1)
+        return between
 
     def crease_angles(self) -> NDArray[np.float64]:
         """(E,) angle of every net edge in the present state; 0 where there is no joint."""

@@ -12,10 +12,9 @@ from twin.black_box import BlackBox
 from twin.errors import RecordFileError
 from twin.hinge_drive import RestAngles
 from twin.loaded_model import quiet_mujoco
+from twin.stepper import RING_SIGNATURE
 
 __all__ = ["Retrace", "load_box", "put_state", "retrace"]
-
-_SIGNATURE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +64,7 @@ def load_box(box: BlackBox) -> tuple[mujoco.MjModel, mujoco.MjData]:
         model = mujoco.MjModel.from_xml_string(box.xml)
     except ValueError as error:
         raise RecordFileError(f"the black box holds a model that MuJoCo refuses: {error}") from error
-    size = mujoco.mj_stateSize(model, _SIGNATURE)
+    size = mujoco.mj_stateSize(model, RING_SIGNATURE)
     if size != box.states.shape[1]:
         raise RecordFileError(
             f"the black box was written with MuJoCo {box.mujoco}: its states have {box.states.shape[1]} "
@@ -80,7 +79,7 @@ def load_box(box: BlackBox) -> tuple[mujoco.MjModel, mujoco.MjData]:
 def put_state(box: BlackBox, model: mujoco.MjModel, data: mujoco.MjData, number: int) -> None:
     """Put state ``number`` of the box, gravity included."""
     model.opt.gravity[:] = box.gravity[number]
-    mujoco.mj_setState(model, data, np.array(box.states[number]), _SIGNATURE)
+    mujoco.mj_setState(model, data, np.array(box.states[number]), RING_SIGNATURE)
 
 
 def retrace(box: BlackBox) -> Retrace:
@@ -102,7 +101,7 @@ def retrace(box: BlackBox) -> Retrace:
             mujoco.mj_step(model, data)
             made = _moving_part(data)
             following = box.states[k + 1] if k + 1 < count else box.after
-            mujoco.mj_setState(model, data, np.array(following), _SIGNATURE)
+            mujoco.mj_setState(model, data, np.array(following), RING_SIGNATURE)
             same = same and made == _moving_part(data)
         warnings = tuple(messages)
     known = box.mujoco == mujoco.__version__

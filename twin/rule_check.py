@@ -104,12 +104,11 @@ def _told(plan: FoldPlan, rule: str, lines: list[str]) -> list[Event]:
         match = _STEP.fullmatch(line)
         number = int(match[1]) if match else max(0, len(plan.steps) - 1)
         step = plan.steps[number] if number < len(plan.steps) else None
-        crease, faces = -1, ()
+        crease = -1
+        faces: tuple[int, ...] = ()
         if isinstance(step, Fold):
             child = plan.net.child_of.get(step.crease)
             if child is not None:
                 crease, faces = step.crease, (int(child), int(plan.net.parent[child]))
-        out.append(
-            Event("rule", number, crease, faces, detail=match[2] if match else line, rule=rule)
-        )
+        out.append(Event("rule", number, crease, faces, detail=match[2] if match else line, rule=rule))
     return out

@@ -41,4 +41,4 @@ class RunSettings:
     largest_lag_rad: float = float(np.radians(15.0))
     largest_rate_rad_s: float = 200.0
     sight_every_rad: float = float(np.radians(10.0))
-    black_box_states: int = 64
+    black_box_states: int = 32

@@ -1,4 +1,4 @@
-"""The side table of a compiled model: which body, joint and geom stands for which part of plan and machine."""
+"""The side table of a model: which body, joint and geom stands for which part of plan and machine."""
 
 from __future__ import annotations
 

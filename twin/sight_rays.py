@@ -19,7 +19,7 @@ __all__ = ["Hidden", "hidden_by"]
 _POINTS = 21
 _MARGIN = 0.02
 _START_MM = 0.02
-_MOST_LAYERS = 40
+_SHARES = np.linspace(_MARGIN, 1.0 - _MARGIN, _POINTS)
 _GROUPS = np.array([0, 1, 1, 0, 0, 0], dtype=np.uint8)  # faces and the sheet that is there
 
 
@@ -45,27 +45,28 @@ def hidden_by(loaded: LoadedModel, turn: Turn, limits: MachineLimits) -> Hidden:
     planes of both panels hold the crease, and faces may stand along the beam). The points lie in the middle
     96 % of the crease; the pose is the present one of ``loaded``. ``limits`` say where the light comes from.
     """
-    data = loaded.data
+    model, data = loaded.model, loaded.data
     joint = loaded.joint[turn.joint]
     start = data.xanchor[joint]
     along = data.xaxis[joint] * _length(loaded, turn)
-    own = _own_geoms(loaded, turn)
+    own = loaded.geoms_at(turn.crease)
     geom = np.zeros(1, dtype=np.int32)
     faces: set[int] = set()
     pieces: set[int] = set()
     hidden = 0
-    for share in np.linspace(_MARGIN, 1.0 - _MARGIN, _POINTS).tolist():
-        direction = to_light(turn.rotary_rad, start + share * along, limits)
-        point = start + share * along + _START_MM * direction
-        for _ in range(_MOST_LAYERS):
-            distance = mujoco.mj_ray(loaded.model, data, point, direction, _GROUPS, True, -1, geom)
-            if distance < 0.0:
-                break
-            reached = point + (distance + _START_MM) * direction
-            if int(geom[0]) in own or not _pierces(loaded, int(geom[0]), point, direction):
-                point = reached
+    on_crease = start + _SHARES[:, None] * along
+    if limits.beam_source is None:
+        directions = np.tile(to_light(turn.rotary_rad, start, limits), (_POINTS, 1))
+    else:
+        directions = np.array([to_light(turn.rotary_rad, point, limits) for point in on_crease])
+    ray = mujoco.mj_ray
+    for point, direction in zip(on_crease + _START_MM * directions, directions, strict=True):
+        while (distance := ray(model, data, point, direction, _GROUPS, True, -1, geom)) >= 0.0:
+            met = int(geom[0])
+            if met in own or not _pierces(loaded, met, point, direction):
+                point = point + (distance + _START_MM) * direction
                 continue
-            kind, number = loaded.owner[int(geom[0])]
+            kind, number = loaded.owner[met]
             (faces if kind == "face" else pieces).add(number)
             hidden += 1
             break
@@ -109,10 +110,3 @@ def _middle_outline(loaded: LoadedModel, geom: int) -> NDArray[np.float64]:
     corners[:, :2] = outline - loaded.flat_position[body, :2]
     world: NDArray[np.float64] = corners @ loaded.data.xmat[body].reshape(3, 3).T + loaded.data.xpos[body]
     return world
-
-
-def _own_geoms(loaded: LoadedModel, turn: Turn) -> set[int]:
-    panel_of = loaded.compiled.side.panel_of
-    child = loaded.net.child_of[turn.crease]
-    own = (panel_of == panel_of[child]) | (panel_of == panel_of[loaded.net.parent[child]])
-    return {int(geom) for geom in loaded.face_geom[own]}

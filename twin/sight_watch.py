@@ -67,8 +67,8 @@ class SightWatch:
 
     @cached_property
     def ideal(self) -> LoadedModel:
-        """A second model, for poses without sag."""
-        return LoadedModel(self.loaded.compiled, self.plan.net)
+        """The model in poses without sag."""
+        return self.loaded.other_pose()
 
     def _hidden_as_planned(self, turn: Turn, angle_rad: float) -> bool:
         """Would the crease be hidden if nothing sagged?"""
@@ -78,6 +78,5 @@ class SightWatch:
                 break
             ideal.set_angle(done.joint, done.to_rad)
         ideal.set_angle(turn.joint, angle_rad)
-        ideal.all_contacts_on(turn.gone)
         mujoco.mj_kinematics(ideal.model, ideal.data)
         return hidden_by(ideal, turn, self.plan.limits).share > self.plan.hidden_max

@@ -9,12 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.values import frozen_array
+from twin.errors import RecordFileError
 from twin.loaded_model import LoadedModel
 from twin.run_settings import RunSettings
 
-__all__ = ["Checkpoint", "DivergedError", "Stepper", "integration_state", "restore_state"]
+__all__ = [
+    "RING_SIGNATURE", "Checkpoint", "DivergedError", "Stepper", "integration_state", "restore_state",
+]  # fmt: skip
 
 _SIGNATURE = mujoco.mjtState.mjSTATE_INTEGRATION
+
+_RATE_EVERY = 4
+"""Rates are looked at every so many steps; MuJoCo itself warns at once of what is no number or huge."""
+
+RING_SIGNATURE = mujoco.mjtState.mjSTATE_FULLPHYSICS | mujoco.mjtState.mjSTATE_WARMSTART
+"""What is kept of each of the last steps: all that a step starts from, as nothing is applied from outside."""
 
 
 class DivergedError(Exception):
@@ -57,7 +66,17 @@ def integration_state(loaded: LoadedModel) -> NDArray[np.float64]:
 
 
 def restore_state(loaded: LoadedModel, state: NDArray[np.float64]) -> None:
-    """Put a state that ``integration_state`` gave, of the same model."""
+    """Put a state that ``integration_state`` gave.
+
+    Raises:
+        RecordFileError: if it is of another model or version of MuJoCo.
+    """
+    size = mujoco.mj_stateSize(loaded.model, _SIGNATURE)
+    if len(state) != size:
+        raise RecordFileError(
+            f"the checkpoint holds {len(state)} numbers, the model has {size}: it is of another model or "
+            "version of MuJoCo; validate again"
+        )
     mujoco.mj_setState(loaded.model, loaded.data, np.array(state), _SIGNATURE)
 
 
@@ -79,11 +98,12 @@ class Stepper:
         self.largest_rate = settings.largest_rate_rad_s
         self.steps = 0
         self.worst_elastic_rad = 0.0
-        size = mujoco.mj_stateSize(loaded.model, _SIGNATURE)
+        size = mujoco.mj_stateSize(loaded.model, RING_SIGNATURE)
         self._ring = np.zeros((settings.black_box_states, size))
         self._gravity = np.zeros((settings.black_box_states, 3))
         self._kept = 0
-        self._rate = np.zeros(loaded.model.nv)
+        self._pull, self._rest = loaded.model.opt.gravity, loaded.rest
+        self._model, self._data = loaded.model, loaded.data
 
     @property
     def time_s(self) -> float:
@@ -100,23 +120,32 @@ class Stepper:
         Raises:
             DivergedError: if MuJoCo warned or a hinge turns too fast.
         """
-        model, data = self.loaded.model, self.loaded.data
+        model, data = self._model, self._data
         slot = self._kept % len(self._ring)
-        mujoco.mj_getState(model, data, self._ring[slot], _SIGNATURE)
-        self._gravity[slot] = model.opt.gravity
+        mujoco.mj_getState(model, data, self._ring[slot], RING_SIGNATURE)
+        self._gravity[slot] = self._pull
         self._kept += 1
         mujoco.mj_step(model, data)
         self.steps += 1
         if self.messages:
             raise DivergedError(f"MuJoCo warned: {self.messages[0]}")
-        if len(self._rate):
-            rate = float(np.abs(data.qvel, out=self._rate).max())
-            if not rate <= self.largest_rate:
-                joint = self.loaded.rest.names[int(np.argmax(self._rate))]
-                raise DivergedError(f"{joint} turns at {rate:.3g} rad/s, more than {self.largest_rate:g}")
-            lag = self.loaded.rest.elastic()
-            self.loaded.rest.creep(lag)
-            self.worst_elastic_rad = max(self.worst_elastic_rad, float(np.abs(lag, out=self._rate).max()))
+        rest = self._rest
+        if self.steps % _RATE_EVERY == 0 and not rest.rate_within(self.largest_rate):
+            self._too_fast()
+        lag = rest.largest_elastic()
+        if lag > rest.yield_rad:
+            rest.creep()
+            lag = rest.largest_elastic()
+        if lag > self.worst_elastic_rad:
+            self.worst_elastic_rad = lag
+
+    def _too_fast(self) -> None:
+        speeds = np.abs(self.loaded.data.qvel)
+        worst = int(np.argmax(np.where(np.isnan(speeds), np.inf, speeds)))
+        raise DivergedError(
+            f"{self.loaded.rest.names[worst]} turns at {speeds[worst]:.3g} rad/s, more than "
+            f"{self.largest_rate:g}"
+        )
 
     def rest(self, seconds: float) -> None:
         """Let time pass; nobody looks at contacts meanwhile.
@@ -142,6 +171,12 @@ class Stepper:
         restore_state(self.loaded, state)
         self.steps = steps
         self._kept = 0
+
+    def present_state(self) -> NDArray[np.float64]:
+        """(N,) the state now, as ``last_states`` has them."""
+        state = np.empty(self._ring.shape[1])
+        mujoco.mj_getState(self.loaded.model, self.loaded.data, state, RING_SIGNATURE)
+        return state
 
     def last_states(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(K, N) the states before the last steps, oldest first, and (K, 3) their gravity."""

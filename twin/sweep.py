@@ -28,6 +28,7 @@ DEPTH_TOLERANCE_MM = 0.005
 """Penetration that is not yet a hit: the play in the mitres of the prisms."""
 
 _FAR_MM = 1e4
+_REACH_SLACK_MM = 1e-3
 _BISECTIONS = 24
 
 _NUDGES_RAD = (0.0, 1e-9, 1e-7, -1e-7, 1e-6, -1e-6)
@@ -83,18 +84,28 @@ class _Sweeper:
         self.loaded, self.plan, self.tolerance = loaded, plan, tolerance_mm
         self.net = plan.net
         self.half_thickness = plan.limits.thickness / 2.0
-        self.local = _geom_vertices(loaded)
+        self.bound = np.array(loaded.model.geom_rbound)
         self.neighbour_of = {int(e): (f, int(self.net.parent[f])) for e, f in self.net.child_of.items()}
         self.measured = 0
         self.closest = np.inf
 
-    def world(self, geoms: NDArray[np.int64]) -> NDArray[np.float64]:
-        """(G, K, 3) corners of geoms in the present pose."""
-        turn = self.loaded.data.geom_xmat[geoms].reshape(-1, 3, 3)
-        corners: NDArray[np.float64] = (
-            np.einsum("gij,gkj->gki", turn, self.local[geoms]) + self.loaded.data.geom_xpos[geoms][:, None]
-        )
-        return corners
+    def within_reach(
+        self, moving: NDArray[np.int64], rest: NDArray[np.int64],
+        anchor: NDArray[np.float64], axis: NDArray[np.float64],
+    ) -> NDArray[np.int64]:  # fmt: skip
+        """Those of ``rest`` with bounding spheres in the ring that ``moving`` sweeps about the axis."""
+        heights, radii = [], []
+        for geoms in (moving, rest):
+            centre = self.loaded.data.geom_xpos[geoms] - anchor
+            height = centre @ axis
+            heights.append(height)
+            radii.append(np.sqrt(np.maximum((centre * centre).sum(axis=1) - height * height, 0.0)))
+        (h, height), (r, radius) = heights, radii
+        own, bound = self.bound[moving], self.bound[rest] + _REACH_SLACK_MM
+        near = (height + bound >= (h - own).min()) & (height - bound <= (h + own).max())
+        near &= (radius - bound <= (r + own).max()) & (radius + bound >= (r - own).min())
+        kept: NDArray[np.int64] = rest[near]
+        return kept
 
     def play(self, turn: Turn) -> list[Event]:
         """Events of one turn, from the pose before it; leaves the data in an undefined pose."""
@@ -110,8 +121,14 @@ class _Sweeper:
             return []
         joint = loaded.joint[turn.joint]
         anchor, axis = data.xanchor[joint].copy(), data.xaxis[joint] * np.sign(sweep)
-        moving_corners = self.world(moving) - anchor
-        rest_corners = self.world(rest) - anchor
+        rest = self.within_reach(moving, rest, anchor, axis)
+        if not len(rest):
+            return []
+        moving = self.within_reach(rest, moving, anchor, axis)
+        if not len(moving):
+            return []
+        moving_corners = self.loaded.corners(moving) - anchor
+        rest_corners = self.loaded.corners(rest) - anchor
         i, j = may_meet(moving_corners, rest_corners, axis, abs(sweep))
         keep = ~self._exempt(turn, moving[i], rest[j])
         i, j = i[keep], j[keep]
@@ -259,17 +276,3 @@ class _Pose:
             if found != 0.0:
                 break
         return found
-
-
-def _geom_vertices(loaded: LoadedModel) -> NDArray[np.float64]:
-    """(ngeom, K, 3) corners of the mesh geoms in their own frame; short lists repeat their first corner."""
-    model = loaded.model
-    geoms = list(loaded.owner)
-    count = max(int(model.mesh_vertnum[model.geom_dataid[g]]) for g in geoms)
-    out = np.zeros((model.ngeom, count, 3))
-    for g in geoms:
-        mesh = int(model.geom_dataid[g])
-        first, number = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
-        out[g, :number] = model.mesh_vert[first : first + number]
-        out[g, number:] = out[g, 0]
-    return out

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from twin.loaded_model import LoadedModel
 from twin.timeline import Turn
 from twin.units import force_n
 
-__all__ = ["Touch", "contact_event", "touches"]
+__all__ = ["Touch", "TouchLog", "contact_event", "elastic_press", "named"]
 
 
 @dataclass(frozen=True)
@@ -44,55 +45,96 @@ class Touch:
         return tuple(sorted(self.faces)), self.substrate
 
 
-def touches(plan: FoldPlan, loaded: LoadedModel, turn: Turn, tolerance_mm: float) -> list[Touch]:
-    """Present contacts deeper than ``tolerance_mm`` between bodies that no crease joins."""
-    data = loaded.data
-    found = []
-    for n in np.flatnonzero(data.contact.dist < -tolerance_mm).tolist():
-        where, depth = data.contact.pos[n], -float(data.contact.dist[n])
-        faces, substrate = named(plan, loaded, tuple(int(g) for g in data.contact.geom[n]), where)
-        if len(faces) == 2 and (
-            int(plan.net.parent[faces[0]]) == faces[1] or int(plan.net.parent[faces[1]]) == faces[0]
+class TouchLog:
+    """The deepest touch of every pair of geoms during one turn.
+
+    What a touch means is worked out at the end: while time steps are made only depths are compared.
+
+    Args:
+        plan: the plan.
+        loaded: the simulation.
+        turn: what turns.
+        tolerance_mm: depth that is no touch.
+    """
+
+    def __init__(self, plan: FoldPlan, loaded: LoadedModel, turn: Turn, tolerance_mm: float) -> None:
+        self.plan, self.loaded, self.turn, self.tolerance = plan, loaded, turn, tolerance_mm
+        self._angle = loaded.qpos_address(turn.joint)
+        self._deepest: dict[tuple[int, int], _Sighting] = {}
+
+    def note(self) -> None:
+        """Compare the contacts that MuJoCo found last."""
+        data = self.loaded.data
+        if not data.ncon:
+            return
+        contact = data.contact
+        depths = -contact.dist
+        deep = np.flatnonzero(depths > self.tolerance)
+        if not len(deep):
+            return
+        hinges: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+        for n, depth, geoms in zip(
+            deep.tolist(), depths[deep].tolist(), contact.geom[deep].tolist(), strict=True
         ):
-            continue
-        force, share = elastic_press(loaded, faces, where, depth)
-        angle = float(data.qpos[loaded.qpos_address(turn.joint)])
-        found.append(Touch(faces, substrate, depth, force, angle, float(data.time), share))
-    return found
+            pair = (geoms[0], geoms[1])
+            known = self._deepest.get(pair)
+            if known is None or depth > known.depth_mm:
+                hinges = hinges or (data.xanchor.copy(), data.xaxis.copy())
+                self._deepest[pair] = _Sighting(
+                    depth, contact.pos[n].copy(), float(data.qpos[self._angle]), float(data.time), *hinges
+                )
+
+    def touches(self) -> list[Touch]:
+        """The touches of bodies that no crease joins, sorted."""
+        parent, found = self.plan.net.parent, []
+        for geoms, at in sorted(self._deepest.items()):
+            faces, substrate = named(self.plan, self.loaded, geoms, at.where)
+            if len(faces) == 2 and (int(parent[faces[0]]) == faces[1] or int(parent[faces[1]]) == faces[0]):
+                continue
+            force, share = elastic_press(self.loaded, faces, at.where, at.depth_mm, (at.anchor, at.axis))
+            found.append(Touch(faces, substrate, at.depth_mm, force, at.angle_rad, at.time_s, share))
+        deepest: dict[tuple[tuple[int, ...], tuple[int, ...]], Touch] = {}
+        for touch in found:
+            if touch.pair not in deepest or touch.depth_mm > deepest[touch.pair].depth_mm:
+                deepest[touch.pair] = touch
+        return [deepest[pair] for pair in sorted(deepest)]
+
+
+class _Sighting(NamedTuple):
+    """A contact as it was seen, with all hinges at that time."""
+
+    depth_mm: float
+    where: NDArray[np.float64]
+    angle_rad: float
+    time_s: float
+    anchor: NDArray[np.float64]
+    axis: NDArray[np.float64]
 
 
 def elastic_press(
-    loaded: LoadedModel, faces: tuple[int, ...], where: NDArray[np.float64], depth_mm: float
-) -> tuple[float, float]:
+    loaded: LoadedModel, faces: tuple[int, ...], where: NDArray[np.float64], depth_mm: float,
+    hinges: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+) -> tuple[float, float]:  # fmt: skip
     """Force in N, and its largest moment over yield, if hinges gave way by ``depth_mm`` at ``where`` (3,).
 
     The hinges between the two bodies (between face and base for substrate) are springs in series, each with
     the distance of ``where`` from its axis as arm: F = depth / sum(arm^2 / k). Rigid faces, no friction.
+    ``hinges`` are anchors and axes (J, 3) of all joints, those of the present pose if None.
     """
-    side, data = loaded.compiled.side, loaded.data
-    paths = [_creases_to_base(loaded, face) for face in faces]
-    between = paths[0] ^ paths[1] if len(paths) == 2 else paths[0] if paths else set()
-    compliance, loads = 0.0, []
-    for crease in sorted(between):
-        joint = loaded.joint[f"crease_{crease}"]
-        arm = float(np.linalg.norm(np.cross(where - data.xanchor[joint], data.xaxis[joint])))
-        stiffness = loaded.stiffness(f"crease_{crease}")
-        compliance += arm**2 / stiffness
-        loads.append(arm / (stiffness * side.hinge.yield_rad))
+    joints = loaded.joints_between(faces)
+    if not len(joints):
+        return 0.0, float("inf")
+    anchor, axes = hinges or (loaded.data.xanchor, loaded.data.xaxis)
+    offset, axis = where - anchor[joints], axes[joints]
+    along = (offset * axis).sum(axis=1)
+    arm = np.sqrt(np.maximum((offset * offset).sum(axis=1) - along * along, 0.0))
+    stiffness = loaded.stiffness[joints]
+    compliance = float((arm * arm / stiffness).sum())
     if compliance <= 0.0:
         return 0.0, float("inf")
     force = depth_mm / compliance
-    return force_n(force), force * max(loads)
-
-
-def _creases_to_base(loaded: LoadedModel, face: int) -> set[int]:
-    side, parent = loaded.compiled.side, loaded.net.parent
-    out = set()
-    while side.panel_of[face] != 0:
-        panel = side.panel_of[face]
-        out.add(int(side.panel_crease[panel]))
-        face = int(parent[side.panel_root[panel]])
-    return out
+    share = force * float((arm / stiffness).max()) / loaded.compiled.side.hinge.yield_rad
+    return force_n(force), share
 
 
 def named(

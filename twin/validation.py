@@ -253,7 +253,8 @@ def _stalled(plan: FoldPlan, run: DynamicResult) -> list[Event]:
     error = run.angles_rad - plan.final_angles
     return [
         Event(
-            "stall", len(plan.steps) - 1, crease, _joined_by(plan, crease), angle_rad=float(run.angles_rad[crease]), time_s=run.seconds,
+            "stall", len(plan.steps) - 1, crease, _joined_by(plan, crease),
+            angle_rad=float(run.angles_rad[crease]), time_s=run.seconds,
             detail=f"crease {crease} ends at {np.degrees(run.angles_rad[crease]):.2f}° "
             f"instead of {np.degrees(plan.final_angles[crease]):.2f}°",
         )

@@ -30,6 +30,7 @@ COMMANDS = (
     "resume",
     "shadow",
     "trace",
+    "replay-dump",
     "report",
     "view",
     "export",
