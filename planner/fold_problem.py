@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from planner.fold_plan import MachineLimits
 from planner.goal_mesh import GoalMesh
+from planner.insets import is_sharp, plain_insets
 from planner.kinematics import rigid_fit
 
 __all__ = [
@@ -142,13 +143,10 @@ class FoldProblem:
         self.grazes = np.radians(GRAZES_DEG) if limits.max_tilt_rad > 0.0 else np.zeros(0)
         self.corners_3d = goal.vertices[goal.faces]
         self.centroids_3d = self.corners_3d.mean(axis=1)
-        plain = np.full((len(goal.faces), 3), limits.clearance)
-        lengths = np.linalg.norm(np.roll(self.corners_3d, -1, axis=1) - self.corners_3d, axis=2)
         a, b, c = (self.corners_3d[:, k] for k in range(3))
         self._double_area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-        inradius = self._double_area / lengths.sum(axis=1)
-        mid_insets = np.minimum(plain, 0.75 * inradius[:, None])
-        self.sharp = (insets > mid_insets + 1e-9).any(axis=1)
+        mid_insets = plain_insets(self.corners_3d, limits.clearance)
+        self.sharp = is_sharp(insets, mid_insets)
         # a net lays the faces flat unchanged, so the inset corners have the same barycentric weights in any
         self._inset_shares = np.concatenate(
             [_corner_shares(self.corners_3d, insets), _corner_shares(self.corners_3d, mid_insets)], axis=1

@@ -19,6 +19,8 @@ __all__ = [
     "edge_insets",
     "goal_dihedrals",
     "inset_triangles",
+    "is_sharp",
+    "plain_insets",
     "prism_corners",
 ]
 
@@ -83,6 +85,29 @@ def edge_insets(
     half_tangent = np.tan(np.minimum(angle, np.pi - 1e-6) / 2.0)
     wanted = np.maximum(clearance, thickness / 2.0 * half_tangent + MITRE_PLAY_MM)
     return _keep_a_core(net, wanted)
+
+
+def plain_insets(triangles: NDArray[np.float64], clearance: float) -> NDArray[np.float64]:
+    """(..., 3) insets of the middle triangle that is tested beside the prism of a face slim for its mitre.
+
+    The clearance on every side, but at most ``LARGEST_SHARE`` of the inradius.
+
+    Args:
+        triangles: (..., 3, D) corners, mm.
+        clearance: wanted inset, mm.
+    """
+    lengths, doubled_area = _sides(triangles)
+    inradius = doubled_area / lengths.sum(axis=-1)
+    insets: NDArray[np.float64] = np.minimum(clearance, LARGEST_SHARE * inradius[..., None]).repeat(
+        3, axis=-1
+    )
+    return insets
+
+
+def is_sharp(insets: NDArray[np.float64], plain: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(...,) True where the plainly inset triangle sticks out of the prism, so that it is tested too."""
+    sharp: NDArray[np.bool_] = np.any(insets > plain + 1e-9, axis=-1)
+    return sharp
 
 
 def inset_triangles(triangles: NDArray[np.float64], insets: NDArray[np.float64]) -> NDArray[np.float64]:

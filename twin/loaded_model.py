@@ -68,6 +68,18 @@ class LoadedModel:
         self.piece_geom = np.array([model.geom(f"sheet_{k}").id for k in range(pieces)], dtype=np.int64)
         self.owner = {int(g): ("face", f) for f, g in enumerate(self.face_geom)}
         self.owner |= {int(g): ("sheet", k) for k, g in enumerate(self.piece_geom)}
+        cores = compiled.side.has_cores
+        self.face_core = (
+            np.array([model.geom(f"core_{f}").id for f in range(len(net.faces))]) if cores else None
+        )
+        self.piece_core = (
+            np.array([model.geom(f"sheet_core_{k}").id for k in range(pieces)], dtype=np.int64)
+            if cores
+            else None
+        )
+        if self.face_core is not None and self.piece_core is not None:
+            self.owner |= {int(g): ("face", f) for f, g in enumerate(self.face_core)}
+            self.owner |= {int(g): ("sheet", k) for k, g in enumerate(self.piece_core)}
         self.joint = {model.joint(j).name: j for j in range(model.njnt)}
         self.rest = RestAngles(model, self.data, compiled.side.drive, compiled.side.hinge.yield_rad)
         self._geoms_at: dict[int, frozenset[int]] = {}

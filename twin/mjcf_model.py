@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.fold_plan import Bend, FoldPlan
-from planner.insets import edge_insets, inset_triangles
+from planner.insets import edge_insets, inset_triangles, is_sharp, plain_insets
 from planner.net import Net
 from planner.values import frozen_array
 from twin.errors import ModelError
@@ -32,7 +32,10 @@ DEEPEST_NESTING = 400
 """Most creases on one path from the base: MuJoCo's XML reader gives up at 497 nested bodies."""
 
 FACE_GROUP, SHEET_GROUP, HIDDEN_GROUP = 1, 2, 5
-"""Geom groups of faces, of substrate, and of substrate that has been clipped."""
+"""Geom groups of faces, of substrate, and of what is not to be seen: clipped substrate, cores."""
+
+CORE_HALF_MM = 5e-4
+"""Half the thickness of a core: as flat as MuJoCo's meshes may be."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,17 +91,20 @@ def compile_model(
             f"MuJoCo models can have at most {DEEPEST_NESTING}: choose another net method or base face"
         )
     root = scenery(plan)
+    insets = edge_insets(net, thickness, plan.limits.clearance)
+    plain = plain_insets(net.vertices[net.faces], plan.limits.clearance)
     side = SideTable(
         panel_of=panel_of, panel_root=panel_root, panel_crease=panel_crease,
         bend_steps=tuple(i for i, s in enumerate(plan.steps) if isinstance(s, Bend)),
         pieces=sheet_pieces(plan),
-        insets=frozen_array(edge_insets(net, thickness, plan.limits.clearance), np.float64, (None, 3)),
+        insets=frozen_array(insets, np.float64, (None, 3)),
+        sharp=frozen_array(is_sharp(insets, plain), np.bool_, (None,)),
         thickness=thickness, hinge=law, net_sha256=net.sha256, drive=drive or best_drive(),
         tabs=tuple(f"tab_{k}" for k, tab in enumerate(plan.sheet.tabs) if tab.start != tab.end),
         machine=machine_parts(root),
     )  # fmt: skip
     writer = _Writer(root, thickness, density_g_mm3(metal.density_kg_m3), law, side.drive)
-    writer.net(net, side)
+    writer.net(net, side, plain)
     writer.sheet(plan, side)
     writer.tabs(plan, side)
     ET.indent(root, " ")
@@ -158,6 +164,9 @@ class _Writer:
             geom.attrib.update(
                 {"type": "mesh", "contype": mask[0], "conaffinity": mask[1], "group": str(group)}
             )
+        core = ET.SubElement(ET.SubElement(default, "default", {"class": "core"}), "geom")
+        core.attrib.update({"type": "mesh", "contype": "0", "conaffinity": "0", "mass": "0",
+                            "group": str(HIDDEN_GROUP)})  # fmt: skip
 
     def _prism(
         self,
@@ -194,10 +203,18 @@ class _Writer:
         if self.drive == "actuator":
             self.actuators.append(hinge_actuator(name, stiffness, self.law.yield_rad))
 
-    def net(self, net: Net, side: SideTable) -> None:
+    def _core(self, parent: ET.Element, name: str, outline: NDArray[np.float64]) -> None:
+        """Geom of the middle surface over ``outline`` (K, 2): no mass, never seen, never in a contact."""
+        corners = np.zeros((2, len(outline), 3))
+        corners[:, :, :2] = outline
+        corners[0, :, 2], corners[1, :, 2] = CORE_HALF_MM, -CORE_HALF_MM
+        ET.SubElement(self.asset, "mesh", name=name, vertex=_numbers(corners), inertia="shell")
+        ET.SubElement(parent, "geom", {"class": "core", "name": name, "mesh": name})
+
+    def net(self, net: Net, side: SideTable, plain: NDArray[np.float64]) -> None:
         """One body per panel, nested as the creases are."""
         flat = net.vertices[net.faces]
-        inset = inset_triangles(flat, side.insets)
+        inset, core = inset_triangles(flat, side.insets), inset_triangles(flat, plain)
         edge = flat[:, 1:] - flat[:, :1]
         areas = 0.5 * np.abs(edge[:, 0, 0] * edge[:, 1, 1] - edge[:, 0, 1] * edge[:, 1, 0])
         bodies: list[ET.Element] = []
@@ -224,6 +241,8 @@ class _Writer:
                 )
                 if panel == 0:
                     geom.set("material", "base")
+                if side.has_cores:
+                    self._core(body, f"core_{member}", core[member] - origin)
 
     def sheet(self, plan: FoldPlan, side: SideTable) -> None:
         """Substrate pieces in the world; pieces that a step bends on a body of their own."""
@@ -246,12 +265,16 @@ class _Writer:
                 bars = plan.sheet.frame_faces[list(piece.triangles)].all()
                 half = max(self.half, plan.sheet.clamp_height) if bars else self.half
                 self._prism(self.world, f"sheet_{k}", "sheet", piece.outline, _area(piece.outline), half)
+                if side.has_cores:
+                    self._core(self.world, f"sheet_core_{k}", piece.outline)
                 continue
             body, origin = bent[piece.bent_at]
             centre = piece.outline.mean(axis=0)
             reach = float(np.linalg.norm(piece.outline - centre, axis=1).min())
             shrunk = centre + (piece.outline - centre) * max(0.5, 1.0 - play / max(reach, 1e-9))
             self._prism(body, f"sheet_{k}", "sheet", shrunk - origin, _area(piece.outline))
+            if side.has_cores:
+                self._core(body, f"sheet_core_{k}", shrunk - origin)
 
     def tabs(self, plan: FoldPlan, side: SideTable) -> None:
         """Tabs as boxes across the kerf: to be seen, not to be touched."""

@@ -55,14 +55,19 @@ def sag_warnings(plan: FoldPlan, run: DynamicResult) -> tuple[str, ...]:
             f"sag: hanging in its frame the part is {with_sag:.2f} mm rms off its goal, without weight "
             f"{without:.2f} mm"
         )
-    touching = [e for e in run.noted if e.depth_mm > 0.0]
+    touching = [e for e in run.noted if e.depth_mm > plan.limits.thickness]
     if touching:
         worst = max(touching, key=lambda e: e.depth_mm)
-        out.append(f"sag: {len(touching)} light touches of sagging faces, the deepest: {worst.detail}")
+        number = "once" if len(touching) == 1 else f"{len(touching)} times"
+        out.append(
+            f"sag: faces lean on others by more than a thickness {number}, most of all {worst.detail}; "
+            "the creases between give way by less than half of what they bear"
+        )
     hidden = sum(e.kind == "occluded" for e in run.noted)
     if hidden:
+        number = "1 crease is" if hidden == 1 else f"{hidden} creases are"
         out.append(
-            f"sag: {hidden} creases are hidden from the beam by more than planned while the part sags; "
-            "a tilt in the other direction, or fewer flaps folded before, may cure it"
+            f"sag: {number} hidden from the beam by more than planned while the part sags; a tilt to the "
+            "other side may cure it"
         )
     return tuple(out)

@@ -31,6 +31,9 @@ class SideTable:
         bend_steps: plan steps that bend substrate; each has a joint.
         pieces: the substrate as convex pieces, one geom each.
         insets: (F, 3) distance in mm by which the prism of a face stands back from its edges.
+        sharp: (F,) True for faces so slim for their mitre that their middle triangle, set in by the clearance
+            alone, is tested as well. If there is one, every face has a geom ``core_<i>`` and every piece of
+            the sheet one ``sheet_core_<k>``: as good as flat, for the sweep only.
         thickness: of the sheet, mm.
         hinge: law of all creases.
         net_sha256: net that the model was made of.
@@ -45,12 +48,18 @@ class SideTable:
     bend_steps: tuple[int, ...]
     pieces: tuple[SheetPiece, ...]
     insets: NDArray[np.float64]
+    sharp: NDArray[np.bool_]
     thickness: float
     hinge: HingeLaw
     net_sha256: str
     drive: Drive
     tabs: tuple[str, ...]
     machine: Mapping[str, Mapping[str, tuple[str, ...]]]
+
+    @property
+    def has_cores(self) -> bool:
+        """Whether the model has cores."""
+        return bool(self.sharp.any())
 
     def body_of(self, face: int) -> str:
         """Name of the body that a face belongs to."""
@@ -69,7 +78,7 @@ class SideTable:
                 "net_sha256": self.net_sha256, "thickness": self.thickness,
                 "faces": [
                     {"body": self.body_of(f), "geom": f"face_{f}", "joint": self.joint_of(f),
-                     "insets": self.insets[f].tolist()}
+                     "core": f"core_{f}" if self.has_cores else None, "insets": self.insets[f].tolist()}
                     for f in range(len(self.panel_of))
                 ],
                 "sheet": [

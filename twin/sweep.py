@@ -9,6 +9,7 @@ is measured again before any of its corners has moved by more than half a thickn
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -24,8 +25,8 @@ from twin.touches import named
 
 __all__ = ["DEPTH_TOLERANCE_MM", "SweepResult", "kinematic_sweep"]
 
-DEPTH_TOLERANCE_MM = 0.005
-"""Penetration that is not yet a hit: the play in the mitres of the prisms."""
+DEPTH_TOLERANCE_MM = 5e-4
+"""Penetration that is not yet a hit: MuJoCo keeps corners as 32-bit floats and measures to about 1e-5 mm."""
 
 _FAR_MM = 1e4
 _REACH_SLACK_MM = 1e-3
@@ -85,6 +86,10 @@ class _Sweeper:
         self.net = plan.net
         self.half_thickness = plan.limits.thickness / 2.0
         self.bound = np.array(loaded.model.geom_rbound)
+        self.face_of = np.full(loaded.model.ngeom, -1, dtype=np.int64)
+        for geom, (kind, number) in loaded.owner.items():
+            if kind == "face":
+                self.face_of[geom] = number
         self.neighbour_of = {int(e): (f, int(self.net.parent[f])) for e, f in self.net.child_of.items()}
         self.measured = 0
         self.closest = np.inf
@@ -109,14 +114,33 @@ class _Sweeper:
 
     def play(self, turn: Turn) -> list[Event]:
         """Events of one turn, from the pose before it; leaves the data in an undefined pose."""
+        loaded = self.loaded
+        faces, pieces = turn.moving_faces, turn.moving_pieces
+        sharp = loaded.compiled.side.sharp
+        hits: dict[tuple[int, int], _Hit] = {}
+        layers = [(loaded.face_geom, loaded.piece_geom, np.ones_like(faces), np.ones_like(faces))]
+        if (
+            loaded.face_core is not None and loaded.piece_core is not None
+        ):  # a core meets cores, one of them sharp
+            layers.append((loaded.face_core, loaded.piece_core, sharp, np.ones_like(faces)))
+            layers.append((loaded.face_core, loaded.piece_core, ~sharp, sharp))
+        for face_geom, piece_geom, moves, rests in layers:
+            moving, rest = [face_geom[faces & moves]], [face_geom[~faces & rests]]
+            if rests.all():
+                rest.append(piece_geom[~pieces & ~turn.gone])
+            if moves.all():
+                moving.append(piece_geom[pieces & ~turn.gone])
+            found = self._meet(turn, np.concatenate(moving), np.concatenate(rest))
+            for hit in found:
+                pair = (hit.moving, hit.rest)
+                if pair not in hits or hit.angle_rad < hits[pair].angle_rad:
+                    hits[pair] = hit
+        return self._as_events(turn, list(hits.values()))
+
+    def _meet(self, turn: Turn, moving: NDArray[np.int64], rest: NDArray[np.int64]) -> list[_Hit]:
+        """Pairs of geoms of ``moving`` and ``rest`` that meet during a turn."""
         loaded, data = self.loaded, self.loaded.data
         sweep = turn.to_rad - turn.from_rad
-        moving = np.concatenate(
-            [loaded.face_geom[turn.moving_faces], loaded.piece_geom[turn.moving_pieces & ~turn.gone]]
-        )
-        rest = np.concatenate(
-            [loaded.face_geom[~turn.moving_faces], loaded.piece_geom[~turn.moving_pieces & ~turn.gone]]
-        )
         if sweep == 0.0 or not len(moving) or not len(rest):
             return []
         joint = loaded.joint[turn.joint]
@@ -127,34 +151,33 @@ class _Sweeper:
         moving = self.within_reach(rest, moving, anchor, axis)
         if not len(moving):
             return []
-        moving_corners = self.loaded.corners(moving) - anchor
-        rest_corners = self.loaded.corners(rest) - anchor
+        moving_corners, rest_corners = loaded.corners(moving) - anchor, loaded.corners(rest) - anchor
         i, j = may_meet(moving_corners, rest_corners, axis, abs(sweep))
         keep = ~self._exempt(turn, moving[i], rest[j])
         i, j = i[keep], j[keep]
         radius = np.linalg.norm(np.cross(moving_corners, axis), axis=2).max(axis=1)
         least_step = self.half_thickness / np.maximum(radius, 1e-9)
         pose = _Pose(loaded, moving, anchor, axis)
-        at = np.zeros(len(i))
-        hits: dict[tuple[int, int], tuple[float, float, NDArray[np.float64]]] = {}
+        at, clear = np.zeros(len(i)), np.zeros(len(i))
+        hits: list[_Hit] = []
         while len(i):
             distance, normal, witness = self._measure(pose, moving[i], rest[j], i, at)
+            clear = np.where(distance >= 0.0, at, clear)
             hit = distance < -self.tolerance
             for n in np.flatnonzero(hit).tolist():
                 a, b = int(i[n]), int(j[n])
-                before = max(0.0, at[n] - least_step[a])
-                angle = self._onset(pose, moving[a], rest[b], a, before, at[n]) if at[n] > 0.0 else 0.0
-                hits[int(moving[a]), int(rest[b])] = (angle, -float(distance[n]), witness[n])
+                angle = self._onset(pose, moving[a], rest[b], a, clear[n], at[n]) if at[n] > 0.0 else 0.0
+                hits.append(_Hit(int(moving[a]), int(rest[b]), angle, -float(distance[n]), witness[n]))
             go = ~hit
-            i, j, at = i[go], j[go], at[go]
+            i, j, at, clear = i[go], j[go], at[go], clear[go]
             if not len(i):
                 break
             step = first_reach(moving_corners[i], rest_corners[j], axis, at, normal[go], abs(sweep))
             # A pair whose plane holds to the end needs no further look; all others are measured there too.
             done = (at >= abs(sweep)) | (step >= abs(sweep) - at)
             at = np.minimum(at + np.maximum(step, least_step[i]), abs(sweep))
-            i, j, at = i[~done], j[~done], at[~done]
-        return self._as_events(turn, hits)
+            i, j, at, clear = i[~done], j[~done], at[~done], clear[~done]
+        return hits
 
     def _measure(
         self, pose: _Pose, moving: NDArray[np.int64], rest: NDArray[np.int64],
@@ -198,17 +221,18 @@ class _Sweeper:
         if turn.crease < 0:
             return np.zeros(len(a), dtype=np.bool_)
         child, parent = self.neighbour_of[turn.crease]
-        mates: NDArray[np.bool_] = (a == self.loaded.face_geom[child]) & (b == self.loaded.face_geom[parent])
+        mates: NDArray[np.bool_] = (self.face_of[a] == child) & (self.face_of[b] == parent)
         return mates
 
-    def _as_events(
-        self, turn: Turn, hits: dict[tuple[int, int], tuple[float, float, NDArray[np.float64]]]
-    ) -> list[Event]:
-        events = []
-        for (a, b), (angle, depth, where) in sorted(hits.items(), key=lambda item: (item[1][0], item[0])):
-            at = turn.from_rad + np.sign(turn.to_rad - turn.from_rad) * angle
-            events.append(self.event(turn, a, b, depth, float(at), where))
-        return events
+    def _as_events(self, turn: Turn, hits: list[_Hit]) -> list[Event]:
+        """One event for each pair of bodies, the first to meet first."""
+        sign = float(np.sign(turn.to_rad - turn.from_rad))
+        events: dict[tuple[tuple[int, ...], tuple[int, ...]], Event] = {}
+        for hit in sorted(hits, key=lambda h: (h.angle_rad, h.moving, h.rest)):
+            at = turn.from_rad + sign * hit.angle_rad
+            event = self.event(turn, hit.moving, hit.rest, hit.depth_mm, at, hit.where)
+            events.setdefault(event.pair, event)
+        return list(events.values())
 
     def event(
         self, turn: Turn, a: int, b: int, depth: float, angle: float, where: NDArray[np.float64]
@@ -242,6 +266,16 @@ class _Sweeper:
         if kind_a != "face" or kind_b != "face":
             return False
         return int(self.net.parent[first]) == second or int(self.net.parent[second]) == first
+
+
+class _Hit(NamedTuple):
+    """A pair of geoms that meets: angle of the turn at first touch, depth and place where it was noticed."""
+
+    moving: int
+    rest: int
+    angle_rad: float
+    depth_mm: float
+    where: NDArray[np.float64]
 
 
 class _Pose:

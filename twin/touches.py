@@ -152,9 +152,22 @@ def named(
             faces.append(number)
             continue
         members = list(loaded.compiled.side.pieces[number].triangles)
-        middle = plan.sheet.triangles[members].mean(axis=1)
-        triangles.append(members[int(np.argmin(np.linalg.norm(middle - where[:2], axis=1)))])
+        gap = _distance_2d(plan.sheet.triangles[members], where[:2])
+        triangles.append(members[int(np.argmin(gap))])
     return tuple(faces), tuple(triangles)
+
+
+def _distance_2d(triangles: NDArray[np.float64], point: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(T,) signed distance of ``point`` (2,) from counter-clockwise triangles (T, 3, 2): negative inside."""
+    start = triangles
+    along = np.roll(triangles, -1, axis=1) - start
+    offset = point - start
+    length2 = np.maximum((along * along).sum(axis=2), 1e-300)
+    at = np.clip((offset * along).sum(axis=2) / length2, 0.0, 1.0)
+    gap = np.linalg.norm(offset - at[..., None] * along, axis=2).min(axis=1)
+    left = along[..., 0] * offset[..., 1] - along[..., 1] * offset[..., 0]
+    distance: NDArray[np.float64] = np.where((left >= 0.0).all(axis=1), -gap, gap)
+    return distance
 
 
 def contact_event(kind: EventKind, turn: Turn, touch: Touch) -> Event:

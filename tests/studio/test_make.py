@@ -14,8 +14,9 @@ from studio.cli import main
 from studio.manifest import read_manifest
 
 FORMAT_FILES = {
-    "goal.ply", "net.fold", "sheet.svg", "sheet.dxf", "plan.json", "model.xml", "validation.json",
-    "job.gcode", "job.json", "report.html", "motion.glb", "manifest.json",
+    "goal.ply", "net.fold", "sheet.svg", "sheet.dxf", "plan.json", "model.xml", "model.json",
+    "validation.json", "checkpoints.npz", "job.gcode", "job.json",
+    "report.html", "motion.glb", "manifest.json",
 }  # fmt: skip
 
 
