@@ -180,15 +180,12 @@ def bad_plans(plan: FoldPlan, each: int, seed: int) -> Iterator[BadPlan]:
 
 
 def _only_grazes(plan: FoldPlan, exact: Exact) -> bool:
-    """Is the contact gone, or somewhere else, when all solids are a hair smaller?
+    """Is the contact gone, or in another step, when all solids are a hair smaller?
 
     Walls that slide along each other at a distance of exactly 0 meet or do not meet by rounding alone.
     """
     again = first_contact(plan, _HAIR)
-    if again is None or again.step != exact.step:
-        return True
-    angles = [min(one.pairs.values(), key=abs) for one in (exact, again)]
-    return abs(angles[0] - angles[1]) > BOUND_RAD
+    return again is None or again.step != exact.step
 
 
 def _places(plan: FoldPlan) -> list[int]:

@@ -15,7 +15,7 @@ from twin.mjcf_model import compile_model
 from twin.rule_check import rule_events
 from twin.sweep import kinematic_sweep
 
-GOALS = ("bracket", "flower", "star", "box_with_lid")
+GOALS = ("bracket", "flower", "star", "crown")
 
 
 @cache
@@ -31,11 +31,11 @@ def test_good_plans_raise_no_alarm(name: str) -> None:
     assert kinematic_sweep(compile_model(plan), plan).events == ()
 
 
-@pytest.mark.parametrize("name", GOALS)
-def test_bad_plans_are_caught_for_what_they_are(name: str) -> None:
-    plans = list(bad_plans(good(name), 3, 1))
-    assert {"wrong side", "over-fold"} <= {p.kind for p in plans} <= set(KINDS)
-    for bad in plans:
+def test_bad_plans_are_caught_for_what_they_are() -> None:
+    plans = [(name, bad) for name in GOALS for bad in bad_plans(good(name), 2, 1)]
+    assert {bad.kind for _, bad in plans} == set(KINDS)
+    assert sum(bad.contact is not None for _, bad in plans) >= 5
+    for name, bad in plans:
         wrong, difference = judged(bad)
-        assert wrong == [], f"{bad.kind}: {wrong}"
+        assert wrong == [], f"{name}, {bad.kind}: {wrong}"
         assert difference <= BOUND_RAD < math.radians(0.26)
