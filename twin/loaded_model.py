@@ -73,7 +73,7 @@ class LoadedModel:
             np.array([model.geom(f"core_{f}").id for f in range(len(net.faces))]) if cores else None
         )
         self.piece_core = (
-            np.array([model.geom(f"sheet_core_{k}").id for k in range(pieces)], dtype=np.int64)
+            np.array([model.geom(f"core_sheet_{k}").id for k in range(pieces)], dtype=np.int64)
             if cores
             else None
         )

@@ -266,7 +266,7 @@ class _Writer:
                 half = max(self.half, plan.sheet.clamp_height) if bars else self.half
                 self._prism(self.world, f"sheet_{k}", "sheet", piece.outline, _area(piece.outline), half)
                 if side.has_cores:
-                    self._core(self.world, f"sheet_core_{k}", piece.outline)
+                    self._core(self.world, f"core_sheet_{k}", piece.outline)
                 continue
             body, origin = bent[piece.bent_at]
             centre = piece.outline.mean(axis=0)
@@ -274,7 +274,7 @@ class _Writer:
             shrunk = centre + (piece.outline - centre) * max(0.5, 1.0 - play / max(reach, 1e-9))
             self._prism(body, f"sheet_{k}", "sheet", shrunk - origin, _area(piece.outline))
             if side.has_cores:
-                self._core(body, f"sheet_core_{k}", shrunk - origin)
+                self._core(body, f"core_sheet_{k}", shrunk - origin)
 
     def tabs(self, plan: FoldPlan, side: SideTable) -> None:
         """Tabs as boxes across the kerf: to be seen, not to be touched."""

@@ -33,7 +33,7 @@ class SideTable:
         insets: (F, 3) distance in mm by which the prism of a face stands back from its edges.
         sharp: (F,) True for faces so slim for their mitre that their middle triangle, set in by the clearance
             alone, is tested as well. If there is one, every face has a geom ``core_<i>`` and every piece of
-            the sheet one ``sheet_core_<k>``: as good as flat, for the sweep only.
+            the sheet one ``core_sheet_<k>``: as good as flat, for the sweep only.
         thickness: of the sheet, mm.
         hinge: law of all creases.
         net_sha256: net that the model was made of.
