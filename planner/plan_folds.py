@@ -6,9 +6,11 @@ import math
 import os
 import sys
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
@@ -135,7 +137,8 @@ def plan_folds(
     if loses or (tried and budget_s is not None and not further.late):
         tell(0.93, "improving the net with the sheet in place")
         tried = _improved(tried, problem, further, most_sheets, net_of, without)
-    for finalist in tried:
+    others = (candidate for candidate in found if all(candidate is not f.candidate for f in tried))
+    for finalist in chain(tried, _on_their_sheets(others, net_of, problem, without)):
         tell(0.97, "cutting and holding")
         try:
             plan = plan_on_sheet(
@@ -148,6 +151,15 @@ def plan_folds(
         return with_pattern(plan)
     assert refused is not None  # noqa: S101 - there is at least one net
     raise refused
+
+
+def _on_their_sheets(
+    candidates: Iterable[Candidate], net_of: NetOf, problem: FoldProblem, without: Collection[str]
+) -> Iterator[Finalist]:
+    """Further nets on their sheets, made when they are asked for; those that fit none are passed over."""
+    for candidate in candidates:
+        with suppress(PlanError):
+            yield on_its_sheet(candidate, net_of, problem, without)
 
 
 def _improved(

@@ -22,6 +22,9 @@ __all__ = ["PAD_MM", "Place", "SubstrateGraph", "Ways"]
 PAD_MM = 0.25
 """Depth of substrate that a tab must reach beyond the kerf."""
 
+LEAST_WAY_MM = 0.3
+"""Narrowest metal that a way leads through: less is burnt away beside the cuts, or tears."""
+
 _HIT_PENALTY_MM = 1e4  # a way through substrate that the folds sweep is the last resort
 
 
@@ -110,7 +113,12 @@ class SubstrateGraph:
         return tuple(near[shares > 1e-6].tolist())
 
     def ways(self, neck_mm: float, swept: frozenset[int]) -> Ways:
-        """Dijkstra from the frame through sides at least ``neck_mm`` long; swept triangles cost a lot."""
+        """Dijkstra from the frame through metal at least ``neck_mm`` wide; swept triangles cost a lot.
+
+        So long must be the sides that a way crosses, and, where it turns round a corner of a triangle whose
+        third side is an edge of the metal, the height over that side.
+        """
+        need = max(neck_mm, LEAST_WAY_MM)
         cost = dict.fromkeys(self.frame, 0.0)
         following: dict[int, int] = {}
         blocked = dict.fromkeys(self.frame, False)
@@ -120,7 +128,9 @@ class SubstrateGraph:
             if so_far > cost[t]:
                 continue
             for other, length, _ in self.neighbours[t]:
-                if length < neck_mm or other in self.frame:
+                if length < need or other in self.frame:
+                    continue
+                if t in following and self._bend_mm(t, following[t], other, swept) < need:
                     continue
                 step = math.dist(self.centres[t], self.centres[other])
                 total = so_far + step + (_HIT_PENALTY_MM if other in swept else 0.0)
@@ -130,6 +140,21 @@ class SubstrateGraph:
                     blocked[other] = blocked[t] or other in swept
                     heapq.heappush(heap, (total, other))
         return Ways(cost, following, blocked, neck_mm)
+
+    def _bend_mm(self, t: int, one: int, other: int, swept: frozenset[int]) -> float:
+        """Width of the metal where a way goes through triangle ``t`` from ``one`` neighbour to ``other``."""
+        around = [neighbour for neighbour, _, _ in self.neighbours[t]]
+        if any(third not in (one, other) and third not in swept for third in around):
+            return math.inf  # there is metal beyond the third side
+        corners = set(self.sheet.faces[t].tolist())
+        shared = corners.intersection(self.sheet.faces[one].tolist(), self.sheet.faces[other].tolist())
+        if len(shared) != 1:
+            return math.inf
+        a, b = (self.sheet.vertices[v] for v in sorted(corners - shared))
+        apex = self.sheet.vertices[next(iter(shared))]
+        along = b - a
+        foot = float(np.clip((apex - a) @ along / max(float(along @ along), 1e-300), 0.0, 1.0))
+        return float(np.linalg.norm(apex - (a + foot * along)))
 
     def corridor(self, place: Place, ways: Ways) -> frozenset[int]:
         """Triangles on the ways from ``place`` to the frame and beside them, as wide as the tab."""

@@ -145,3 +145,36 @@ def test_an_overlapping_net_is_refused():
 def test_a_budget_that_ends_the_search_is_told():
     plan = plan_of("flower", budget_s=0.0)
     assert plan.metrics.fold_completion == 1.0 or any("budget" in notice for notice in plan.notices)
+
+
+def test_where_the_best_nets_cannot_be_held_another_one_is_cut(monkeypatch):
+    """Every net that was improved on its sheet is refused; one that the search also found takes its place."""
+    module = sys.modules["planner.plan_folds"]
+    cut = module.plan_on_sheet
+    refused = []
+
+    def refuse_first(net, *others):
+        if len(refused) < 3:
+            refused.append(net)
+            raise PlanError("the plan would drop the part: as this test has it")
+        return cut(net, *others)
+
+    monkeypatch.setattr(module, "plan_on_sheet", refuse_first)
+    plan = plan_of("star")
+    assert len(refused) == 3
+    assert check_held(plan) == []
+    assert all(plan.net is not net for net in refused)
+
+
+def test_where_no_net_can_be_held_the_first_reason_is_told(monkeypatch):
+    module = sys.modules["planner.plan_folds"]
+    count = []
+
+    def refuse(*_):
+        count.append(len(count))
+        raise PlanError(f"reason {len(count)}")
+
+    monkeypatch.setattr(module, "plan_on_sheet", refuse)
+    with pytest.raises(PlanError, match=r"reason 1$"):
+        plan_of("bracket")
+    assert len(count) > 1
