@@ -72,11 +72,10 @@ def kinematic_sweep(
     with quiet_mujoco():
         for turn in played:
             events += sweeper.play(turn)
-            for nudge in (_NUDGES_RAD[2], 0.0):  # twice: what is missed in one pose is seen in the other
-                loaded.set_angle(turn.joint, turn.to_rad + nudge)
-                mujoco.mj_kinematics(loaded.model, loaded.data)
-                known = {e.pair for e in events}
-                events += [e for e in sweeper.full_check(turn) if e.pair not in known]
+            loaded.set_angle(turn.joint, turn.to_rad)
+            mujoco.mj_kinematics(loaded.model, loaded.data)
+            known = {e.pair for e in events}
+            events += [e for e in sweeper.full_check(turn) if e.pair not in known]
     return SweepResult(tuple(events), len(played), sweeper.measured, sweeper.closest)
 
 
