@@ -25,6 +25,7 @@ from studio.flags import (
     Quiet,
     Seed,
     Tilt,
+    Verbose,
     Without,
 )  # fmt: skip
 from studio.options import MachineOptions, MeshOptions, NetOptions, PlanOptions
@@ -64,6 +65,7 @@ def make(
     no_diagnosis: NoDiagnosis = False,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
     force: Force = False,
 ) -> int:
     """Make everything: net, plan, validation, job, replay on the emulated machine, report.
@@ -103,7 +105,7 @@ def make(
         ),
         machine.options(),
         force=force,
-        progress=Progress(quiet=quiet or json),
+        progress=Progress(quiet=quiet or json, verbose=verbose),
     )
     print_summary(summary, as_json=json)
     return exit_code(summary)

@@ -21,6 +21,7 @@ from studio.flags import (
     Output,
     Quiet,
     Seed,
+    Verbose,
     positive,
 )  # fmt: skip
 from studio.options import METHODS, NetOptions
@@ -61,6 +62,7 @@ def net(
     read: MeshFlags = MeshFlags(),  # noqa: B008  frozen
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
     force: Force = False,
 ) -> int:
     """Lay a mesh flat: one piece, nothing overlaps.
@@ -95,7 +97,7 @@ def net(
         NetOptions(method, base, prove, seed, budget, cures.mesh_edit, cures.leave_out),
         machine.options(),
         force=force,
-        progress=Progress(quiet=quiet or json),
+        progress=Progress(quiet=quiet or json, verbose=verbose),
     )
     if prove is not None:
         summary = summary.with_notice(summary.proof(prove))

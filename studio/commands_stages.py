@@ -21,6 +21,7 @@ from studio.flags import (
     NoDiagnosis,
     Quiet,
     Tilt,
+    Verbose,
     Without,
     not_negative,
 )  # fmt: skip
@@ -51,6 +52,7 @@ def plan(
     no_diagnosis: NoDiagnosis = False,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> int:
     """Plan the folds of a net: order, angles, rotations, and the sheet with cuts, clips and tabs.
 
@@ -76,7 +78,7 @@ def plan(
         )  # fmt: skip
         plan_stage(ws, options)
 
-    summary = run_stage(bundle, "plan", work, Progress(quiet=quiet or json))
+    summary = run_stage(bundle, "plan", work, Progress(quiet=quiet or json, verbose=verbose))
     print_summary(summary, as_json=json)
     return DONE
 
@@ -94,6 +96,7 @@ def validate(
     ] = None,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> int:  # fmt: skip
     """Play a plan in MuJoCo and write the certificate.
 
@@ -105,18 +108,18 @@ def validate(
     if from_step is not None:
         from studio.restart_stage import print_restart, restart
 
-        restarted = restart(bundle, from_step, Progress(quiet=quiet or json))
+        restarted = restart(bundle, from_step, Progress(quiet=quiet or json, verbose=verbose))
         print_restart(restarted, as_json=json)
         return DONE if restarted["same_state"] else NO
     from studio.pipeline import run_stage
     from studio.stages import validate_stage
 
-    summary = run_stage(bundle, "validate", validate_stage, Progress(quiet=quiet or json))
+    summary = run_stage(bundle, "validate", validate_stage, Progress(quiet=quiet or json, verbose=verbose))
     print_summary(summary, as_json=json)
     return exit_code(summary)
 
 
-def job(bundle: Bundle, /, *, json: Json = False, quiet: Quiet = False) -> int:
+def job(bundle: Bundle, /, *, json: Json = False, quiet: Quiet = False, verbose: Verbose = False) -> int:
     """Write the instructions of the rig: G-code, and which lines belong to which step.
 
     Examples:
@@ -125,7 +128,7 @@ def job(bundle: Bundle, /, *, json: Json = False, quiet: Quiet = False) -> int:
     from studio.pipeline import run_stage
     from studio.stages import job_stage
 
-    summary = run_stage(bundle, "job", job_stage, Progress(quiet=quiet or json))
+    summary = run_stage(bundle, "job", job_stage, Progress(quiet=quiet or json, verbose=verbose))
     print_summary(summary, as_json=json)
     return exit_code(summary)
 
@@ -204,7 +207,7 @@ def replay(
     return DONE
 
 
-def report(bundle: Bundle, /, *, json: Json = False, quiet: Quiet = False) -> int:
+def report(bundle: Bundle, /, *, json: Json = False, quiet: Quiet = False, verbose: Verbose = False) -> int:
     """Write the page for people and the animation.
 
     Examples:
@@ -213,6 +216,6 @@ def report(bundle: Bundle, /, *, json: Json = False, quiet: Quiet = False) -> in
     from studio.pipeline import run_stage
     from studio.stages import report_stage
 
-    summary = run_stage(bundle, "report", report_stage, Progress(quiet=quiet or json))
+    summary = run_stage(bundle, "report", report_stage, Progress(quiet=quiet or json, verbose=verbose))
     print_summary(summary, as_json=json)
     return DONE

@@ -13,7 +13,7 @@ from studio.options import DEFAULT_MATERIAL, DEFAULT_RIG, MachineOptions, MeshOp
 
 __all__ = [
     "Base", "Budget", "Bundle", "Certify", "CureFlags", "Force", "HeatFlags", "Json", "MachineFlags", "Mesh",
-    "MeshFlags", "NoDiagnosis", "Output", "Quiet", "Rule", "Seed", "Tilt", "Without",
+    "MeshFlags", "NoDiagnosis", "Output", "Quiet", "Rule", "Seed", "Tilt", "Verbose", "Without",
 ]  # fmt: skip
 
 Rule = Literal["outside-in", "side", "sight", "contact", "substrate", "held", "clearance"]
@@ -87,6 +87,14 @@ NoDiagnosis = Annotated[
 ]
 Json = Annotated[bool, Parameter(name="--json", show_default=False, help="Print one JSON object.")]
 Quiet = Annotated[bool, Parameter(name=["-q", "--quiet"], show_default=False, help="No progress.")]
+Verbose = Annotated[
+    bool,
+    Parameter(
+        name=["-v", "--verbose"],
+        show_default=False,
+        help="Also say which files are written; progress every second.",
+    ),
+]
 Force = Annotated[bool, Parameter(show_default=False, help="Replace the bundle that is in the folder.")]
 
 

@@ -17,6 +17,9 @@ __all__ = ["Progress", "duration_text"]
 PLAIN_INTERVAL_S = 5.0
 """Piped output gets a line at most this often within one stage."""
 
+VERBOSE_INTERVAL_S = 1.0
+"""The same where more was asked for."""
+
 
 def duration_text(seconds: float) -> str:
     """A duration as people say it: ``0.4 s``, ``12 s``, ``3 min 05 s``, ``2 h 04 min``."""
@@ -33,13 +36,16 @@ def duration_text(seconds: float) -> str:
 class Progress:
     """Tells on ``stream`` which stage runs and how far it is; collects how long each stage took.
 
+    With ``verbose`` it also says what was written, and how far it is every second when piped.
+
     Attributes:
         seconds: wall-clock seconds per finished stage (they go to ``timing.json``, nowhere else).
     """
 
-    def __init__(self, *, quiet: bool = False, stream: TextIO | None = None) -> None:
+    def __init__(self, *, quiet: bool = False, verbose: bool = False, stream: TextIO | None = None) -> None:
         self.stream = sys.stderr if stream is None else stream
         self.quiet = quiet
+        self.verbose = verbose and not quiet
         self.live = not quiet and self.stream.isatty()
         self.seconds: dict[str, float] = {}
         self._stage = ""
@@ -81,7 +87,7 @@ class Progress:
             self._bar.update(self._task, completed=share, detail=text)
             return
         now = time.monotonic()
-        if self.quiet or now - self._last_line < PLAIN_INTERVAL_S:
+        if self.quiet or now - self._last_line < (VERBOSE_INTERVAL_S if self.verbose else PLAIN_INTERVAL_S):
             return
         self._last_line = now
         left = (now - self._start) * (1.0 - share) / share if 0.02 < share < 1.0 else None
@@ -97,6 +103,11 @@ class Progress:
             self._bar.console.print(text, highlight=False, markup=False)
         else:
             print(text, file=self.stream, flush=True)
+
+    def detail(self, text: str) -> None:
+        """A line for those who asked for more."""
+        if self.verbose:
+            self.note(text)
 
     def _open_bar(self, doing: str) -> None:
         from rich.console import Console

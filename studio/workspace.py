@@ -62,6 +62,9 @@ class Workspace:
         """Note files that a stage wrote, and forget what was read from them before."""
         self.manifest.record(self.folder, stage, list(names))
         for name in names:
+            entry = self.manifest.files[name]
+            self.progress.detail(f"         {name}: {entry['bytes']} bytes, sha256 {entry['sha256'][:16]}")
+        for name in names:
             for value in _READ_FROM.get(name, ()):
                 self.__dict__.pop(value, None)
 

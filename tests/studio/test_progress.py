@@ -83,3 +83,10 @@ def test_a_stage_that_fails_leaves_the_terminal_in_order():
     with pytest.raises(KeyboardInterrupt), progress.stage("plan", "planning"):
         raise KeyboardInterrupt
     assert stream.getvalue().endswith("\x1b[?25h") or "\x1b[?25h" in stream.getvalue()
+
+
+def test_details_are_for_those_who_ask():
+    for options, shown in (({}, False), ({"verbose": True}, True), ({"verbose": True, "quiet": True}, False)):
+        stream = io.StringIO()
+        Progress(stream=stream, **options).detail("plan.json: 12 bytes")
+        assert ("plan.json" in stream.getvalue()) == shown
