@@ -1,7 +1,7 @@
 """Killed hosts, pulled cables and damaged bytes: dark in time, one block in doubt at most, each pass once.
 
-Simulated time, so every bound is exact. The long forms are ``slow``; ``benchmarks/faults.py`` prints their
-table.
+Simulated time, so every bound is exact. The long forms are ``slow``; ``benchmarks/machine_faults.py``
+prints their table.
 """
 
 from __future__ import annotations
