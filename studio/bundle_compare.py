@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from studio.options import option_text
 from studio.progress import duration_text
 
 if TYPE_CHECKING:
@@ -113,11 +114,11 @@ def _inputs(one: Manifest, two: Manifest) -> list[Difference]:
         ("seed", str(one.seed), str(two.seed)),
     ]
     pairs += [
-        (f"{stage} {key.replace('_', ' ')}", _text(a), _text(b))
+        (f"{stage} {key.replace('_', ' ')}", option_text(a), option_text(b))
         for stage, key, a, b in _leaves(one.parameters, two.parameters)
     ]
     pairs += [
-        (name, _text(one.versions.get(name)), _text(two.versions.get(name)))
+        (name, option_text(one.versions.get(name)), option_text(two.versions.get(name)))
         for name in sorted({*one.versions, *two.versions})
     ]
     return [Difference(name, a, b) for name, a, b in pairs if a != b]
@@ -150,7 +151,9 @@ def _figures(one: Summary, two: Summary) -> list[Difference]:
         rows.append(Difference(name, _figure(field, a), _figure(field, b), better))
     short = len(one.blocked), len(two.blocked)
     rows.insert(2, Difference("creases short", str(short[0]), str(short[1]), _fewer(*short)))
-    return rows + [Difference(name, _text(getattr(one, f)), _text(getattr(two, f))) for f, name in _STATES]
+    return rows + [
+        Difference(name, option_text(getattr(one, f)), option_text(getattr(two, f))) for f, name in _STATES
+    ]
 
 
 def _fewer(one: int, two: int) -> int:
@@ -165,13 +168,3 @@ def _figure(field: str, value: float | None) -> str:
     if field == "seconds":
         return duration_text(value)
     return str(value) if isinstance(value, int) else f"{value:.3f}" if abs(value) < 10 else f"{value:.0f}"
-
-
-def _text(value: object) -> str:
-    if value is None or value == "":
-        return "-"
-    if isinstance(value, list | tuple):
-        return ", ".join(map(str, value)) or "none"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -13,6 +13,7 @@ from studio.config_file import CONFIG_NAME, NEVER, all_flags, config_place, flag
 from studio.errors import UsageError
 from studio.exit_codes import DONE
 from studio.flags import Json
+from studio.options import option_text
 
 if TYPE_CHECKING:
     from cyclopts.argument import Argument
@@ -63,7 +64,7 @@ def config(
         return DONE
     say(f"{place}: {'found' if found else 'no such file, usual values'}\n")
     for row in rows:
-        say(f"{row['flag']:<20}{_text(row['value']):<24}{row['from']}".rstrip())
+        say(f"{row['flag']:<20}{option_text(row['value']):<24}{row['from']}".rstrip())
     return DONE
 
 
@@ -90,13 +91,3 @@ def _default(argument: Argument) -> Any:  # noqa: ANN401  any flag's value
 
 def _source(name: str, chosen: dict[str, Any]) -> str:
     return CONFIG_NAME if name in chosen else ""
-
-
-def _text(value: object) -> str:
-    if value is None:
-        return "-"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, list):
-        return ", ".join(map(str, value)) or "none"
-    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -14,7 +14,7 @@ from studio.progress import duration_text
 
 if TYPE_CHECKING:
     from planner.fold_plan import FoldPlan
-    from rigs.job import Job
+    from rigs.job import Block, Job
     from rigs.material import Material
     from rigs.rig import Rig
     from studio.guide_pictures import Stretch
@@ -113,15 +113,11 @@ def _need(data: GuideData) -> str:
     return f"<section><h2>What you need</h2>{_table(rows)}</section>"
 
 
-def _settings(blocks: Sequence[object]) -> str:
+def _settings(blocks: Sequence[Block]) -> str:
     """Range of powers and speeds of beam blocks."""
-    from rigs.job import Block
-
-    found = [b for b in blocks if isinstance(b, Block)]
-    if not found:
+    if not blocks:
         return "none"
-    powers, speeds = [b.power_w for b in found], [b.speed_mm_s for b in found]
-    return f"{_span(powers)} W at {_span(speeds)} mm/s"
+    return f"{_span([b.power_w for b in blocks])} W at {_span([b.speed_mm_s for b in blocks])} mm/s"
 
 
 def _span(values: Sequence[float]) -> str:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from planner.fold_plan import Clip, Cut, Fold, Release, Rotate
+from studio.words import degrees
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -98,7 +99,7 @@ def stretches(
             seconds += setting.seconds or 0.0
         match step:
             case Rotate(to_rad=to):
-                rotary = round(float(to) * 57.29577951308232, 1) + 0.0
+                rotary = degrees(to, 1)
             case Cut():
                 cuts += 1
             case Clip(faces=faces):

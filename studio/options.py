@@ -8,7 +8,7 @@ from typing import Any
 
 __all__ = [
     "DEFAULT_MATERIAL", "DEFAULT_RIG", "METHODS", "PROVE_S", "MachineOptions", "MeshOptions", "NetOptions",
-    "PlanOptions",
+    "PlanOptions", "option_text",
 ]  # fmt: skip
 
 DEFAULT_RIG = "grbl-4axis"
@@ -128,3 +128,14 @@ def parameters(options: MeshOptions | NetOptions | PlanOptions) -> dict[str, Any
         else:
             out[name] = value
     return out
+
+
+def option_text(value: object) -> str:
+    """A value that somebody chose, or that was taken, as short text; a hyphen where there is none."""
+    if value is None or value == "":
+        return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, list | tuple):
+        return ", ".join(map(str, value)) or "none"
+    return f"{value:g}" if isinstance(value, float) else str(value)
