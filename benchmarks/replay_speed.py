@@ -14,20 +14,24 @@ import statistics
 import tempfile
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 from rigs.emulator import start_emulator
 from rigs.job import Job
-from rigs.replay import replay
+from rigs.profile_writer import profile_toml
+from rigs.replay import Progress, replay
 from rigs.replay_blocks import PlainBlock, ReplayJob, replay_job
 from rigs.rig import Rig
+from rigs.watch import Watches
 from tests.rigs.fault_runs import simulated
 from tests.rigs.made_jobs import made
 from tests.rigs.replay_jobs import RIG, small_job
+from tests.rigs.simulated_link import SimulatedLink
 from tests.rigs.test_odd_peers import GOOD, STATUS
+from tests.rigs.test_send_ahead import replace_buffer, wire_job
 
 PASSES = 100
 
@@ -79,6 +83,49 @@ def lines_per_second(folder: Path) -> tuple[float, float]:
             wall = max(wall, lines / (time.perf_counter() - start))
             own = max(own, lines / (time.thread_time() - cpu))
     return wall, own
+
+
+def window_share(folder: Path, rig: Rig, name: str, *, ahead: bool, real: bool) -> tuple[float, float]:
+    """Lines in a second and share of the bytes that 115 200 baud carry, of a dry run that the wire holds up.
+
+    Counted between the first and the last answer of its second half; ``real`` runs processes and a paced
+    socket in real time, else all of it is simulated.
+    """
+    job = wire_job(rig, blocks=400, lines=4)
+    half = job.blocks[len(job.blocks) // 2 :]
+    lines = [f"{line}\n" for block in half for line in block.lines]
+    seen: dict[int, float] = {}
+
+    def told(at: Progress) -> None:
+        seen[at.block] = time.perf_counter() if real else clock()
+
+    clock: Callable[[], float] = time.perf_counter
+    journal = folder / f"{name}.jsonl"
+    if real:
+        profile = folder / f"{name}.toml"
+        profile.write_text(profile_toml(rig), "utf-8")
+        with start_emulator(profile, time_scale=1.0, baud=115200) as machine:
+            watch = None if ahead else Watches()
+            replay(job, machine.url, rig=rig, journal_path=journal, on_progress=told, watch=watch)
+    else:
+
+        def note(link: SimulatedLink) -> None:
+            nonlocal clock
+            clock = link.clock.monotonic
+
+        run = simulated(
+            job,
+            journal,
+            mode="dry-run",
+            rig=rig,
+            watched=not ahead,
+            on_progress=told,
+            prepare=note,
+            alone_s=1.0,
+        )
+        assert run.error is None, run.error
+    seconds = seen[len(job.blocks)] - seen[len(job.blocks) - len(half)]
+    return len(lines) / seconds, sum(map(len, lines)) / seconds / 11520.0
 
 
 def overhead_ms(folder: Path, latency_s: float) -> float:
@@ -153,6 +200,17 @@ def main() -> None:
         print(f"| the same with 4 ms of latency each way | {overhead_ms(folder, 0.004):.1f} ms | |")
         print(f"| one INTENT with fsync, light off | {fsync_ms(folder):.2f} ms | |")
         print(f"| CPU of the host while it runs | {100.0 * cpu_share(folder):.1f} % of a core | 10 |")
+        for rx_bytes, real in ((255, False), (128, False), (255, True), (128, True)):
+            for ahead in (True, False):
+                name = f"{rx_bytes}-{real}-{ahead}"
+                lines, share = window_share(folder, replace_buffer(rx_bytes), name, ahead=ahead, real=real)
+                how = "sent ahead" if ahead else "block by block"
+                where = "processes, real time" if real else "simulated"
+                goal = "95 %" if ahead else ""
+                print(
+                    f"| dry run {how}, {rx_bytes} bytes, {where} | {lines:.0f} lines/s, "
+                    f"{100.0 * share:.1f} % of the link | {goal} |"
+                )
         rows = estimates(folder)
         worst = max(abs(done / planned - 1.0) for _, planned, done in rows)
         print(f"| estimated against executed, {len(rows)} jobs | {100.0 * worst:.1f} % at most | 5 |\n")

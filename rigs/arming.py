@@ -7,12 +7,13 @@ from collections.abc import Callable
 
 from rigs.errors import JobError
 
-__all__ = ["GAP_S", "Arming"]
+__all__ = ["DRIFT_S", "GAP_S", "Arming"]
 
 GAP_S = 5.0
 """Longest time for which an armed host may not listen to the machine, unless it asks a person."""
 
-_DRIFT_S = 2.0
+DRIFT_S = 2.0
+"""How far the clocks may go apart: more means that the computer slept."""
 
 
 class Arming:
@@ -41,6 +42,10 @@ class Arming:
         self._longest = max(self._longest, now - self._looked)
         self._looked = now
 
+    def drift(self) -> float:
+        """Seconds by which the clocks went apart since a person last acted."""
+        return self._wall() - self._monotonic() - self._apart
+
     def check(self) -> None:
         """Refuse to fire where the armed state has lapsed.
 
@@ -53,8 +58,8 @@ class Arming:
                 f"no longer armed: this program stood still for {self._longest:.0f} s (was it stopped?): "
                 "go on with 'blossom resume'"
             )
-        drift = self._wall() - self._looked - self._apart
-        if abs(drift) > _DRIFT_S:
+        drift = self.drift()
+        if abs(drift) > DRIFT_S:
             raise JobError(
                 f"no longer armed: the clock jumped by {drift:+.0f} s (did the computer sleep?): "
                 "go on with 'blossom resume'"

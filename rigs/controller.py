@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import math
-import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from rigs.errors import MachineError
-from rigs.gate import Gate
-from rigs.grbl import Answer, Status, alarm_text, error_text, read_answer, read_status
+from rigs.grbl import Answer, Status, error_text, read_answer
 from rigs.identity import Identity
-from rigs.link import Link
-from rigs.marlin import MarlinLink
+from rigs.listener import Listener, state_words
 from rigs.replay_blocks import light_of
-from rigs.rig import Rig
 
 __all__ = ["LATE_S", "Controller"]
 
@@ -30,36 +26,8 @@ LATE_S = 0.45
 """Light that is not confirmed off this long after its planned end is stopped."""
 
 
-class Controller:
-    """Sends through the gate and waits for answers; everything unexpected is a ``MachineError``.
-
-    Attributes:
-        gate: what may pass.
-        rig: the machine as it should be.
-        offset: work offset that the controller reports.
-        status: the last status report.
-        heard: when the last line came from the controller, on the monotonic clock.
-        in_job: True from the first block on: a restart or an alarm then means that the position is lost.
-        on_status: called with every status report, for a shadow or a log.
-        on_look: called whenever the controller is listened to.
-        stop: when it is set, from any thread, the job is stopped.
-    """
-
-    def __init__(
-        self, link: Link | MarlinLink, rig: Rig, on_status: Callable[[Status], None] | None = None
-    ) -> None:
-        self.link = link
-        self.gate = Gate(link, rig)
-        self.rig = rig
-        self.offset: tuple[float, ...] = ()
-        self.status: Status | None = None
-        self.on_status = on_status
-        self.on_look: Callable[[], None] | None = None
-        self.stop: threading.Event | None = None
-        self.heard = time.monotonic()
-        self.in_job = False
-        self._running = False
-        self._s_most = math.inf
+class Controller(Listener):
+    """Sends through the gate and waits for answers; everything unexpected is a ``MachineError``."""
 
     def hello(self) -> Status:
         """Wait until the controller answers ``?``; a board that resets on opening takes its time.
@@ -72,8 +40,8 @@ class Controller:
             self.gate.ask_status()
             until = time.monotonic() + 0.5
             while (left := until - time.monotonic()) > 0.0:
-                line = self._read(left)
-                if line is not None and self._note(read_answer(line)) == "status" and self.status:
+                line = self.read(left)
+                if line is not None and self.note(read_answer(line)) == "status" and self.status:
                     self.swallow(deadline)
                     return self.status
         raise MachineError(
@@ -83,7 +51,7 @@ class Controller:
 
     def swallow(self, deadline: float) -> None:
         """Read greetings, and answers to nothing that was asked, until it is quiet."""
-        while time.monotonic() < deadline and self._read(_QUIET_S) is not None:
+        while time.monotonic() < deadline and self.read(_QUIET_S) is not None:
             pass
 
     def darken(self) -> None:
@@ -142,17 +110,17 @@ class Controller:
         Raises:
             MachineError: on errors, alarms, resets, silence and a vanished port.
         """
-        dark_at, light_s, self._s_most = light_of(lines, seconds)
+        dark_at, light_s, self.s_most = light_of(lines, seconds)
         self.hear_out()
-        self._obey()
-        self._running = True
+        self.obey()
+        self.running = True
         try:
             count = self.gate.send(lines)
             due = (dark_at, light_s + LATE_S) if dark_at else None
             self._collect(count, patience_s=1.1 * seconds + grace_s, lines=lines, due=due)
         finally:
-            self._running = False
-            self._s_most = math.inf
+            self.running = False
+            self.s_most = math.inf
 
     def hear_out(self) -> None:
         """Read what has come meanwhile; a restart, an alarm or an answer to nothing is a fault.
@@ -160,9 +128,9 @@ class Controller:
         Raises:
             MachineError: naming it.
         """
-        while (line := self._read(0.0)) is not None:
+        while (line := self.read(0.0)) is not None:
             answer = read_answer(line)
-            if self._note(answer) in ("ok", "error"):
+            if self.note(answer) in ("ok", "error"):
                 raise MachineError(
                     f"the controller answered '{answer.text}' to nothing: bytes were lost or doubled on the "
                     "way"
@@ -179,8 +147,12 @@ class Controller:
             status = self.ask_status()
             if status.state in ("Idle", "Check"):
                 return status
+            if status.state in ("Hold", "Door") and self.on_hold is not None:
+                self.holds = status.state
+                deadline += self.held(at_rest=True)
+                continue
             if time.monotonic() > deadline:
-                raise MachineError(f"the machine should stand still now, it reports {_full(status)}")
+                raise MachineError(f"the machine should stand still now, it reports {state_words(status)}")
             time.sleep(0.005)
 
     def ask_status(self) -> Status:
@@ -188,11 +160,11 @@ class Controller:
         self.gate.ask_status()
         deadline = time.monotonic() + self.rig.safety.status_lost_s
         while (left := deadline - time.monotonic()) > 0.0:
-            line = self._read(left)
+            line = self.read(left)
             if line is None:
                 break
             answer = read_answer(line)
-            kind = self._note(answer)
+            kind = self.note(answer)
             if kind == "status" and self.status is not None:
                 return self.status
             if kind == "ok":
@@ -201,7 +173,7 @@ class Controller:
                 )
             if kind == "error":
                 raise MachineError(f"the controller answered {answer.text} ({error_text(answer.code)})")
-        raise self._mute()
+        raise self.mute()
 
     def work_position(self, status: Status) -> dict[str, float]:
         """Work coordinates by axis word."""
@@ -230,21 +202,13 @@ class Controller:
         """Wait for one ``ok`` or ``error``, or no longer than that."""
         until = time.monotonic() + patience_s
         while (left := until - time.monotonic()) > 0.0:
-            line = self._read(left)
+            line = self.read(left)
             if line is not None and read_answer(line).kind in ("ok", "error"):
                 break
 
     def _question(self, question: str, kind: str, patience_s: float = _HELLO_S) -> tuple[str, ...]:
         self.gate.ask(question)
         return tuple(a.text for a in self._collect(1, patience_s=patience_s) if a.kind == kind)
-
-    def _read(self, timeout_s: float) -> bytes | None:
-        if self.on_look is not None:
-            self.on_look()
-        line = self.link.read_line(timeout_s)
-        if line is not None:
-            self.heard = time.monotonic()
-        return line
 
     def _collect(
         self,
@@ -262,10 +226,12 @@ class Controller:
         asked: float | None = None
         next_ask = start + period
         while got < count:
-            line = self._read(0.0)  # what has come counts before any time limit: this host may have been slow
+            line = self.read(0.0)  # what has come counts before any time limit: this host may have been slow
             now = time.monotonic()
             if line is None:
-                self._check_times(now, start, heard, asked if poll else None, patience_s, count - got)
+                lost = self.held()
+                start, now = start + lost, now + lost
+                self.check_times(now, start, heard, asked if poll else None, patience_s, count - got)
                 if due is not None and got < due[0] and now - start > due[1]:
                     raise MachineError(
                         f"the end of the light was due {now - start - due[1] + LATE_S:.1f} s ago and is not "
@@ -277,12 +243,12 @@ class Controller:
                     next_ask = now + period
                 ends = [next_ask - now, start + patience_s - now, _LOOK_S]
                 ends += [start + due[1] - now] if due is not None and got < due[0] else []
-                line = self._read(max(min(ends), 0.001))
+                line = self.read(max(min(ends), 0.001))
             if line is None:
                 continue
             heard = self.heard
             answer = read_answer(line)
-            kind = self._note(answer)
+            kind = self.note(answer)
             if kind == "status":
                 asked = None
                 continue
@@ -299,68 +265,3 @@ class Controller:
                     f"{self.link.url}: more than {_MOST_ANSWERS} lines in answer to one question"
                 )
         return answers
-
-    def _obey(self) -> None:
-        if self.stop is not None and self.stop.is_set():
-            raise MachineError("stopped on request")
-
-    def _check_times(
-        self, now: float, start: float, heard: float, asked: float | None, patience_s: float, missing: int
-    ) -> None:
-        self._obey()
-        if asked is not None and now - max(asked, heard) > self.rig.safety.status_lost_s:
-            raise self._mute()
-        if now - start > patience_s:
-            raise MachineError(
-                f"{missing} answers are missing after {now - start:.1f} s: bytes were lost on the way"
-            )
-
-    def _note(self, answer: Answer) -> str:
-        if answer.kind == "alarm":
-            raise MachineError(
-                f"the controller raised {answer.text}: {alarm_text(answer.code)}; "
-                "home it before anything else"
-            )
-        if answer.kind == "banner" and (self._running or self.in_job):
-            raise MachineError(
-                f"the controller restarted in the middle of the job ('{answer.text}'): its position is lost"
-            )
-        if answer.kind == "status":
-            status = read_status(answer.text)
-            if status is None:
-                return "mangled"
-            if status.offset is not None:
-                if self.in_job and self.offset and not _near(status.offset, self.offset):
-                    raise MachineError(
-                        "the work offset changed in the middle of the job: the position is lost"
-                    )
-                self.offset = status.offset
-            self.status = status
-            if self.on_status is not None:
-                self.on_status(status)
-            if self._running and status.state in ("Hold", "Door", "Alarm", "Sleep"):
-                raise MachineError(f"the machine went to {_full(status)} by itself")
-            if self._running and status.overrides is not None:
-                for name, value in zip(("feed", "", "power"), status.overrides, strict=False):
-                    if name and value != 100.0:
-                        raise MachineError(f"the {name} override stands at {value:g} %: set it to 100 %")
-            if self._running and status.s > self._s_most + 0.5:
-                raise MachineError(
-                    f"the controller shows S{status.s:g}, this block has S{self._s_most:g} at most: "
-                    "bytes were damaged on the way"
-                )
-        return answer.kind
-
-    def _mute(self) -> MachineError:
-        return MachineError(
-            f"{self.link.url}: no answer for {self.rig.safety.status_lost_s:g} s: "
-            "the controller or the cable is lost (after a limit alarm it is mute until a reset)"
-        )
-
-
-def _near(a: Sequence[float], b: Sequence[float]) -> bool:
-    return len(a) == len(b) and all(abs(x - y) < 0.0015 for x, y in zip(a, b, strict=True))
-
-
-def _full(status: Status) -> str:
-    return status.state if status.substate is None else f"{status.state}:{status.substate}"

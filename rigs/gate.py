@@ -12,10 +12,10 @@ from rigs.rig import Rig
 
 __all__ = ["Gate", "Level", "Wire", "split_words"]
 
-Level = Literal["quiet", "motion", "pilot", "armed"]
-"""What may pass: questions only; moves without light; moves with pilot light; the job with light."""
+Level = Literal["quiet", "held", "motion", "pilot", "armed"]
+"""What may pass: questions only, twice; moves without light; moves with pilot light; the job with light."""
 
-HOLD, RESET, STATUS = b"!", b"\x18", b"?"
+HOLD, GO_ON, RESET, STATUS = b"!", b"~", b"\x18", b"?"
 _QUESTIONS = frozenset({"$I", "$$", "$#", "$G"})
 _WORD = re.compile(r"([ABCFGLMNPSXYZ])([+-]?(?:\d+\.?\d*|\.\d+))")
 _COMMENT = re.compile(r"\([^)]*\)|;.*")
@@ -59,6 +59,7 @@ class Gate:
 
     Attributes:
         level: what may pass, "quiet" at first; the replay raises it step by step and never by itself.
+            "held" is left only where a person lets the machine go on.
         s_cap: largest S of the armed level.
     """
 
@@ -66,6 +67,7 @@ class Gate:
         self._link = link or _NoLink()
         self._rig = rig
         self.level: Level = "quiet"
+        self._held = False
         self.s_cap = rig.laser.s_for_power(rig.laser.cap_fraction * rig.laser.max_w)
 
     def ask(self, question: str) -> None:
@@ -78,14 +80,38 @@ class Gate:
         """Send ``?``; passes at every level."""
         self._link.write(STATUS)
 
+    def hold(self, *, brakes: bool = True) -> None:
+        """Feed hold; passes at every level, and nothing but questions and a stop passes afterwards.
+
+        Args:
+            brakes: False where the controller knows no hold: only the gate closes.
+        """
+        self.level = "held"
+        self._held = True
+        if brakes:
+            self._link.write(HOLD)
+
+    def go_on(self) -> None:
+        """``~``: ends a hold. Only of a machine that this gate held, once its level was raised again.
+
+        Raises:
+            JobError: if nothing is held, or nobody raised the level.
+        """
+        if not self._held or self.level not in ("motion", "pilot", "armed"):
+            raise JobError("'~' moves the machine: a person has to let it go on first")
+        self._held = False
+        self._link.write(GO_ON)
+
     def stop(self) -> None:
         """Hold and soft reset, past everything else; passes at every level and ends the armed state."""
         self.level = "quiet"
+        self._held = False
         self._link.urgent(HOLD + RESET)
 
     def reset(self) -> None:
         """Soft reset alone, for a controller that went mute after an alarm."""
         self.level = "quiet"
+        self._held = False
         self._link.urgent(RESET)
 
     def dark(self) -> None:
@@ -145,7 +171,7 @@ class Gate:
                 light = False
             elif letter == "S":
                 self._check_power(line, value)
-            elif letter in "XYZABC" and self.level == "quiet":
+            elif letter in "XYZABC" and self.level in ("quiet", "held"):
                 raise JobError(f"'{line}' moves the machine before it is checked")
             elif letter == "G" and value in (10.0, 28.1, 30.1, 92.0, 91.0, 20.0):
                 raise JobError(

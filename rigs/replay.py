@@ -7,61 +7,35 @@ import datetime
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 from urllib.parse import urlsplit
 
-from rigs.arming import Arming
 from rigs.controller import Controller
 from rigs.errors import JobError, MachineError
 from rigs.grbl import Status
+from rigs.holding import Holding
 from rigs.identity import Identity
 from rigs.job import Job
-from rigs.journal import Journal, JournalWriter, Outcome, read_journal
+from rigs.journal import Journal, JournalWriter, read_journal
 from rigs.link import open_link
 from rigs.marlin import spoken
-from rigs.modes import modes_mistake
-from rigs.replay_blocks import ReplayBlock, ReplayJob, dark_block, frame_blocks, lit_block, replay_job
+from rigs.replay_blocks import ReplayBlock, ReplayJob, frame_blocks, replay_job
 from rigs.replay_checks import (
     Certificate,
     check_certificate,
     check_dry_run,
     check_identity,
     check_job,
-    position_mistake,
-    travel_seconds,
 )
+from rigs.replay_run import Mode, Progress, Run
 from rigs.rig import Rig
-from rigs.stop_signals import deaf_to_signals, stop_signals
+from rigs.stop_signals import stop_signals
 from rigs.watch import Steering, Watch
 
 __all__ = ["Mode", "Progress", "replay"]
 
-Mode = Literal["dry-run", "frame", "arm"]
 _GRACE_S = 1.5
-
-
-@dataclass(frozen=True)
-class Progress:
-    """Where a replay stands.
-
-    Attributes:
-        block: blocks confirmed so far, of ``blocks``.
-        step: plan step of the last one.
-        kind: kind of the last one.
-        elapsed_s: since the first block.
-        left_s: estimate of what is left.
-        emulated: True when no real machine is involved.
-    """
-
-    block: int
-    blocks: int
-    step: int
-    kind: str
-    elapsed_s: float
-    left_s: float
-    emulated: bool
 
 
 def replay(
@@ -83,6 +57,7 @@ def replay(
     watch: Watch | None = None,
     steering: Steering | None = None,
     stop: threading.Event | None = None,
+    holding: Holding | None = None,
     grace_s: float = _GRACE_S,
 ) -> Journal:
     """Send a job to a machine.
@@ -111,6 +86,7 @@ def replay(
         watch: sees every block and status; what it raises stops the machine.
         steering: may leave passes out or repeat them, since angles are measured.
         stop: when it is set, from any thread, the machine is stopped.
+        holding: lets the machine be held and go on again; without it every hold ends the replay.
         grace_s: time beyond the planned one after which a missing answer is a fault.
 
     Returns:
@@ -152,12 +128,19 @@ def replay(
                 at=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
                 resumes=dict(resumes or {}),
             )  # fmt: skip
-            run = _Run(controller, journal, mode, emulated, grace_s, ask, on_progress, watch, steering)
+            run = Run(
+                controller, journal, mode, emulated, grace_s, ask, on_progress, watch, steering, holding
+            )
             controller.on_status = run.told_of(on_status)
             if steering is not None:
                 steering.note = journal.write
+            again = confirm if holding is None else holding.arm_again
             with stop_signals():
-                run.guarded(lambda: run.all(blocks, home, lambda: _arm(confirm, plan, rig), marks))
+                run.guarded(
+                    lambda: run.all(
+                        blocks, home, lambda: _arm(confirm, plan, rig), marks, lambda: _arm(again, plan, rig)
+                    )
+                )
     finally:
         link.close()
     return read_journal(journal_path)
@@ -190,199 +173,3 @@ def _arm(confirm: Callable[[str], bool] | None, job: ReplayJob, rig: Rig) -> Non
         raise JobError("not armed: a person has to confirm before a real laser fires")
     if time.monotonic() - start > rig.safety.arm_timeout_s:
         raise JobError(f"not armed: the answer came later than {rig.safety.arm_timeout_s:g} s: start again")
-
-
-class _Run:
-    """One replay over an identified controller."""
-
-    def __init__(
-        self,
-        controller: Controller,
-        journal: JournalWriter,
-        mode: Mode,
-        emulated: bool,
-        grace_s: float,
-        ask: Callable[[str], bool] | None,
-        on_progress: Callable[[Progress], None] | None,
-        watch: Watch | None = None,
-        steering: Steering | None = None,
-    ) -> None:
-        self.controller = controller
-        self.journal = journal
-        self.mode = mode
-        self.emulated = emulated
-        self.grace_s = grace_s
-        self.ask = ask
-        self.on_progress = on_progress
-        self.watch = watch
-        self.steering = steering
-        self.arming: Arming | None = None
-        self.place: Mapping[str, float] = {}
-        self.block: ReplayBlock | None = None
-        self.start = time.monotonic()
-
-    def guarded(self, work: Callable[[], None]) -> None:
-        """Do the work; whatever goes wrong ends in darkness and a closed journal."""
-        try:
-            work()
-        except BaseException as error:
-            with deaf_to_signals():
-                self.controller.emergency_stop()
-                interrupted = isinstance(error, KeyboardInterrupt)
-                reason = "interrupted" if interrupted else str(error) or type(error).__name__
-                self._end("stopped" if interrupted or isinstance(error, JobError) else "fault", reason)
-            if isinstance(error, MachineError) and error.block is None and self.block is not None:
-                error.block, error.step = self.block.index, self.block.step
-            raise
-        self._end("complete", "")
-
-    def all(
-        self,
-        blocks: Sequence[ReplayBlock],
-        home: bool | None,
-        arm: Callable[[], None],
-        marks: Sequence[ReplayBlock] = (),
-    ) -> None:
-        """Home where needed, look at the marks, arm, then every block."""
-        gate = self.controller.gate
-        gate.level = "motion"
-        self._home(home)
-        self._look_at(marks)
-        if self.mode == "frame":
-            gate.level = "pilot"
-        elif self.mode == "arm":
-            if not self.emulated:
-                arm()
-            gate.level = "armed"
-            self.arming = Arming()
-            self.controller.on_look = self.arming.look
-            self.controller.confirm_idle()
-        if self.controller.status is not None:
-            self.place = self.controller.work_position(self.controller.status)
-        self.controller.in_job = True
-        self.journal.write("state", state=gate.level, t=self._t())
-        dark = self.mode == "dry-run"
-        planned = [0.0 if dark and b.kind == "wait" else b.seconds for b in blocks]
-        left, past = sum(planned), 0.0
-        self.start = time.monotonic()
-        for number, (block, seconds) in enumerate(zip(blocks, planned, strict=True), 1):
-            made = (block,) if self.steering is None or dark else self.steering.blocks_for(block)
-            for sent in made:
-                if self.steering is not None and self.arming is not None:
-                    self.arming.renew()  # an angle was measured
-                self.block = sent
-                self._one(sent, dark_block(sent) if dark else lit_block(sent))
-            left -= seconds
-            past += seconds
-            if self.on_progress is not None:
-                elapsed = time.monotonic() - self.start
-                rest = left * (elapsed / past if past > 0.0 else 1.0)
-                self.on_progress(
-                    Progress(
-                        number, len(blocks), block.step, block.kind, elapsed, max(rest, 0.0), self.emulated
-                    )
-                )
-        self.block = None
-        gate.level = "quiet"
-
-    def _one(self, block: ReplayBlock, lines: tuple[str, ...]) -> None:
-        if block.kind == "ask" and self.mode == "arm" and not self.emulated:
-            question = " ".join(block.comments) or "go on?"
-            if self.ask is None or not self.ask(question):
-                raise JobError(f"stopped at the question: {question}")
-            if self.arming is not None:
-                self.arming.renew()
-        if not lines:
-            self.journal.write("skipped", block=block.index, step=block.step)
-            return
-        if block.beam_s > 0.0 and self.mode == "arm":
-            if self.arming is not None:
-                self.arming.check()
-            self.journal.write(
-                "intent", sync=True, block=block.index, step=block.step, beam_s=block.beam_s, t=self._t()
-            )
-        if self.watch is not None:
-            self.watch.begins(block, block.seconds, self._t())
-        seconds = block.seconds
-        if self.place and block.beam_s <= 0.0:  # the head may come from elsewhere: home, or where it stopped
-            seconds = max(seconds, travel_seconds(self.controller.rig, self.place, block.expect))
-        self.controller.run(lines, seconds, self.grace_s)
-        status = self.controller.confirm_idle()
-        place = self.controller.work_position(status)
-        self.place = place
-        if mistake := position_mistake(block.expect, place, self.controller.rig):
-            raise MachineError(f"{mistake}: steps or bytes were lost; home it before anything else")
-        if block.beam_s > 0.0 and self.mode == "arm":
-            mistake = modes_mistake(lines, self.controller.modes())
-            if mistake is not None:
-                raise MachineError(f"{mistake}: bytes were damaged, the crease has had another dose")
-        self.journal.write(
-            "done", block=block.index, step=block.step, t=self._t(), at=[round(v, 3) for v in place.values()]
-        )
-        if self.watch is not None:
-            self.watch.confirmed(block, place, self._t())
-
-    def told_of(self, on_status: Callable[[Status], None] | None) -> Callable[[Status], None]:
-        """A function for every status report."""
-
-        def tell(status: Status) -> None:
-            if on_status is not None:
-                on_status(status)
-            block = self.block
-            if block is None:
-                return
-            place = self.controller.work_position(status)
-            if block.beam_s > 0.0 and self.mode == "arm":
-                self.journal.write(
-                    "status", block=block.index, state=status.state, f=status.speed,
-                    s=status.s if status.tells_power else None,
-                    at=[round(v, 3) for v in place.values()], t=self._t(),
-                )  # fmt: skip
-            if self.watch is not None:
-                self.watch.reports(status, place, self._t())
-
-        return tell
-
-    def _look_at(self, marks: Sequence[ReplayBlock]) -> None:
-        """Run the pilot light over the marks; a person says whether it met them."""
-        for block in marks:
-            self.controller.gate.level = "pilot"
-            here = self.controller.work_position(self.controller.confirm_idle())
-            seconds = block.seconds + travel_seconds(self.controller.rig, here, block.expect)
-            self.controller.run(tuple(block.lines), seconds, self.grace_s)
-            place = self.controller.work_position(self.controller.confirm_idle())
-            self.controller.gate.level = "motion"
-            if mistake := position_mistake(block.expect, place, self.controller.rig):
-                raise MachineError(f"{mistake}: steps or bytes were lost; home it before anything else")
-            question = " ".join(block.comments)
-            if not self.emulated and (self.ask is None or not self.ask(question)):
-                raise JobError(f"stopped: {question} no: set the zero of the sheet anew")
-            self.journal.write("mark", question=question, t=self._t())
-
-    def _home(self, allowed: bool | None) -> None:
-        controller = self.controller
-        status = controller.status
-        if status is None or status.state != "Alarm":
-            return
-        if controller.rig.controller.homing != "required":
-            raise MachineError(
-                "the controller is locked by an alarm: find the cause, unlock it by hand, set the zero"
-            )
-        if allowed is None:
-            question = f"REAL machine {controller.rig.name}: home it now? It moves to its switches"
-            allowed = self.emulated or (self.ask is not None and self.ask(question))
-        if not allowed:
-            raise MachineError("the machine must be homed first: allow homing, it will move to its switches")
-        controller.home()
-        controller.confirm_idle()
-        self.journal.write("state", state="homed", t=self._t())
-
-    def _end(self, outcome: Outcome, reason: str) -> None:
-        try:
-            self.journal.write("end", sync=True, outcome=outcome, reason=reason, t=self._t())
-        except MachineError:
-            if outcome == "complete":
-                raise
-
-    def _t(self) -> float:
-        return round(time.monotonic() - self.start, 3)

@@ -14,8 +14,17 @@ from rigs.job import Job
 from rigs.rig import Rig
 
 __all__ = [
-    "PlainBlock", "ReplayBlock", "ReplayJob", "dark_block", "frame_blocks", "light_of", "lit_block",
-    "mark_blocks", "replay_job",
+    "SYNC",
+    "PlainBlock",
+    "ReplayBlock",
+    "ReplayJob",
+    "dark_block",
+    "dark_lines",
+    "frame_blocks",
+    "light_of",
+    "lit_block",
+    "mark_blocks",
+    "replay_job",
 ]  # fmt: skip
 
 _MARK_MM = 3.0
@@ -115,10 +124,16 @@ def lit_block(block: ReplayBlock) -> tuple[str, ...]:
 
 def dark_block(block: ReplayBlock) -> tuple[str, ...]:
     """The same moves with ``S0`` and ``M5`` in place of every power and light word; waits are left out."""
+    lines = dark_lines(block)
+    return (*lines, SYNC) if lines else ()
+
+
+def dark_lines(block: ReplayBlock) -> tuple[str, ...]:
+    """The same without the line whose answer confirms that all has been executed."""
     if block.kind == "wait":
         return ()
     lines = [_LIGHT.sub("M5", _COOLANT.sub("M9", _POWER.sub("S0", line))) for line in block.lines]
-    return (*(line for line in lines if not _DWELL.match(line)), SYNC)
+    return tuple(line for line in lines if not _DWELL.match(line))
 
 
 def _confirms(lines: Sequence[str]) -> bool:

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Iterator
 from types import FrameType
 
-__all__ = ["deaf_to_signals", "stop_signals"]
+__all__ = ["deaf_to_signals", "hold_signal", "stop_signals"]
 
 
 @contextlib.contextmanager
@@ -27,6 +27,24 @@ def stop_signals() -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+@contextlib.contextmanager
+def hold_signal(request: threading.Event) -> Iterator[None]:
+    """Ctrl-Z (SIGTSTP) asks for a hold instead of stopping this program while the machine goes on."""
+    number = getattr(signal, "SIGTSTP", None)
+    if number is None or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def hold(_signum: int, _frame: FrameType | None) -> None:
+        request.set()
+
+    before = signal.signal(number, hold)
+    try:
+        yield
+    finally:
+        signal.signal(number, before)
 
 
 def _stops() -> list[signal.Signals]:

@@ -182,7 +182,8 @@ def replay(
 ) -> int:
     """Send the job of a bundle to a machine, block by block, each confirmed before the next.
 
-    Ctrl-C holds the feed, switches the beam off and closes the journal.
+    Ctrl-Z holds the machine, dark, until you let it go on. Ctrl-C holds the feed, switches the beam off and
+    closes the journal.
 
     Examples:
         blossom replay out/bunny --port emulator --arm

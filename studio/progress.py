@@ -75,6 +75,17 @@ class Progress:
             if not self.quiet and done:
                 print(f"{name:<9}{doing}: {duration_text(took)}", file=self.stream, flush=True)
 
+    @contextmanager
+    def paused(self) -> Iterator[None]:
+        """Leave the terminal to a question while the block runs."""
+        if self._bar is not None:
+            self._bar.stop()
+        try:
+            yield
+        finally:
+            if self._bar is not None:
+                self._bar.start()
+
     def update(self, share: float, text: str = "") -> None:
         """Tell how much of the running stage is done.
 

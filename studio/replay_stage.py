@@ -18,13 +18,21 @@ from studio.live_stage import replay_view, watched
 from studio.workspace import RIG_FILE, Workspace
 
 if TYPE_CHECKING:
+    from rigs.holding import Held, Holding
     from rigs.replay import Progress as Position
     from rigs.replay_checks import Certificate
     from studio.live_replay import ReplayView
 
 __all__ = [
-    "EMULATOR", "JOURNAL_PREFIX", "ask_person", "certificate_of", "machine_of", "next_journal",
-    "replay_stage", "told",
+    "EMULATOR",
+    "JOURNAL_PREFIX",
+    "ask_person",
+    "certificate_of",
+    "holding_of",
+    "machine_of",
+    "next_journal",
+    "replay_stage",
+    "told",
 ]  # fmt: skip
 
 EMULATOR = "emulator"
@@ -83,11 +91,12 @@ def replay_stage(
         beside = stack.enter_context(
             hardware(ws, job, shadow=shadow, measure=measure, lit=mode == "arm", trace=trace, encoder=encoder)
         )
+        holding = stack.enter_context(holding_of(ws))
         stack.enter_context(ws.progress.stage("replay", f"{mode} on {port}"))
         done = replay(
             job, url, rig=ws.rig, journal_path=journal, mode=mode, certificate=certificate_of(ws),
             confirm=confirm, ask=confirm, on_progress=told(ws, seen), watch=watched(beside.watch, seen),
-            steering=beside.steering,
+            steering=beside.steering, holding=holding,
         )  # fmt: skip
     what = "EMULATED" if done.emulated else "REAL machine"
     words = f"{mode} on {what}: {done.outcome}, {len(done.done)} blocks confirmed, {journal.name}"
@@ -123,6 +132,39 @@ def ask_person(*, yes: bool) -> Callable[[str], bool]:
         return sys.stdin.readline().strip().lower() == "yes"
 
     return ask
+
+
+@contextlib.contextmanager
+def holding_of(ws: Workspace) -> Iterator[Holding]:
+    """Ctrl-Z holds the machine while the block runs; a person on the terminal lets it go on.
+
+    What ``--yes`` said beforehand does not count here: nothing is armed again by itself.
+    """
+    from rigs.holding import Holding
+    from rigs.stop_signals import hold_signal
+
+    def go_on(held: Held) -> bool:
+        sys.stderr.write(f"\n{held.words}\n")
+        if not sys.stdin.isatty():
+            sys.stderr.write("nobody can let it go on without a terminal: it is stopped\n")
+            return False
+        sys.stderr.write('Type "go" to go on; anything else stops the job: ')
+        sys.stderr.flush()
+        return sys.stdin.readline().strip().lower() == "go"
+
+    def paused_go_on(held: Held) -> bool:
+        with ws.progress.paused():
+            return go_on(held)
+
+    def arm_again(question: str) -> bool:
+        with ws.progress.paused():
+            return ask_person(yes=False)(question)
+
+    holding = Holding(paused_go_on, arm_again)
+    if sys.stdin.isatty():
+        ws.progress.note("Ctrl-Z holds the machine, Ctrl-C stops it")
+    with hold_signal(holding.request):
+        yield holding
 
 
 @contextlib.contextmanager

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from studio.errors import UsageError
-from studio.replay_stage import JOURNAL_PREFIX, certificate_of, machine_of, next_journal, told
+from studio.replay_stage import JOURNAL_PREFIX, certificate_of, holding_of, machine_of, next_journal, told
 from studio.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -106,11 +106,15 @@ def resume_stage(
         f"done, {len(left)} are left"
     )
     plan = resume_job(job, left)
-    with machine_of(ws, port) as url, ws.progress.stage("resume", f"on {port}"):
+    with (
+        machine_of(ws, port) as url,
+        holding_of(ws) as holding,
+        ws.progress.stage("resume", f"on {port}"),
+    ):
         done = replay(
             plan, url, rig=ws.rig, journal_path=journal, mode="arm", certificate=certificate_of(ws),
             confirm=confirm, ask=confirm, on_progress=told(ws), resumes=resumes,
-            marks=mark_blocks(ws.rig),
+            marks=mark_blocks(ws.rig), holding=holding,
         )  # fmt: skip
     what = "EMULATED" if done.emulated else "REAL machine"
     return f"resumed on {what}: {done.outcome}, {len(done.done)} blocks confirmed, {journal.name}"

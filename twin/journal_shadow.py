@@ -54,7 +54,7 @@ def journal_shadow(journal: Journal, job: Job, rig: Rig, part: Workpiece) -> Sha
 
 
 def _place(record: Mapping[str, Any], rig: Rig) -> dict[str, float]:
-    return dict(zip(rig.axis_words, (float(v) for v in record["at"]), strict=False))
+    return dict(zip(rig.axis_words, (float(v) for v in record.get("at", ())), strict=False))
 
 
 def _status(record: Mapping[str, Any]) -> Status:

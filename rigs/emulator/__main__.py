@@ -30,6 +30,9 @@ def _arguments() -> argparse.ArgumentParser:
         default=1.0,
         help="simulated seconds in a real second; 0: as fast as possible",
     )
+    parser.add_argument(
+        "--baud", type=int, default=0, help="pace the link as a serial line, such as 115200; 0: at once"
+    )
     parser.add_argument("--trace", type=Path, help="write what the machine did to this file, JSON lines")
     parser.add_argument("--fault", action="append", default=[], help="KIND[:CODE]@LINE or @SECONDSs")
     parser.add_argument("--set", action="append", default=[], help="change a setting, such as 32=0")
@@ -61,9 +64,12 @@ def main(arguments: list[str] | None = None) -> int:
 
     signal.signal(signal.SIGTERM, stop)
     if options.with_parent:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends this process
+        for number in ("SIGINT", "SIGTSTP"):  # Ctrl-C and Ctrl-Z are for the parent, which ends this process
+            if hasattr(signal, number):
+                signal.signal(getattr(signal, number), signal.SIG_IGN)
     try:
-        serve(machine, listener, options.time_scale, sys.stdin.fileno() if options.with_parent else None)
+        parent = sys.stdin.fileno() if options.with_parent else None
+        serve(machine, listener, options.time_scale, parent, options.baud)
     except KeyboardInterrupt:
         pass
     finally:

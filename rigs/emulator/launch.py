@@ -54,6 +54,7 @@ def start_emulator(
     trace: Path | None = None,
     faults: Sequence[str] = (),
     settings: dict[int, float] | None = None,
+    baud: int = 0,
 ) -> Iterator[Emulator]:
     """Run an emulated machine while the block runs.
 
@@ -63,6 +64,7 @@ def start_emulator(
         trace: file for what the machine did, complete once the block is left.
         faults: fault script, such as ``["error:9@120"]``.
         settings: ``$`` settings to change.
+        baud: pace of the link as of a serial line; 0 passes bytes at once.
 
     Yields:
         the emulator with its URL.
@@ -73,6 +75,7 @@ def start_emulator(
     command = [sys.executable, "-m", "rigs.emulator", "--rig", str(rig), "--time-scale", str(time_scale)]
     command += ["--with-parent"]
     command += ["--trace", str(trace)] if trace is not None else []
+    command += ["--baud", str(baud)] if baud else []
     command += [word for fault in faults for word in ("--fault", fault)]
     command += [word for key, value in (settings or {}).items() for word in ("--set", f"{key}={value}")]
     process = subprocess.Popen(  # noqa: S603  the command is built here, no shell

@@ -84,6 +84,7 @@ class GrblMachine:
         self.task: Iterator[Wait] | None = None
         self.wait: Wait | None = None
         self.wake: float | None = None
+        self.dwell_left: float | None = None  # of a dwell that a hold interrupted
         self.check = False
         self.reset_after_line = False
         self.mute = False
@@ -169,15 +170,20 @@ class GrblMachine:
     def _go_on(self) -> None:
         self.restored = None
         self.motion.resume(self.now)
+        if self.dwell_left is not None:
+            self.wake, self.dwell_left = self.now + self.dwell_left, None
         self.state = "Idle"
         self.light()
 
     def hold(self, state: str) -> None:
         """Slow down to a stand without light: ``Hold`` or ``Door``."""
         if self.state in ("Idle", "Hold", "Door"):
+            state = "Door" if self.state == "Door" else state  # '!' does not end a door
             self.motion.hold(self.now)
             self.drain()
             self.state = state
+            if self.wake is not None:
+                self.dwell_left, self.wake = max(self.wake - self.now, 0.0), None
             self.light()
 
     # -- time ---------------------------------------------------------------------------------------------
@@ -254,6 +260,8 @@ class GrblMachine:
         if not wait.sync:
             return len(self.motion.queue) < self.config.planner_blocks
         if self.motion.queue:
+            return False
+        if self.state in ("Hold", "Door"):
             return False
         if wait.seconds > 0.0 and self.wake is None:
             self.wake = self.now + wait.seconds

@@ -8,6 +8,7 @@ import socket
 import time
 
 from rigs.emulator.machine import GrblMachine
+from rigs.emulator.wires import Wires
 
 __all__ = ["serve"]
 
@@ -16,7 +17,11 @@ _JUMPS = 4
 
 
 def serve(
-    machine: GrblMachine, listener: socket.socket, time_scale: float, parent_fd: int | None = None
+    machine: GrblMachine,
+    listener: socket.socket,
+    time_scale: float,
+    parent_fd: int | None = None,
+    baud: int = 0,
 ) -> None:
     """Serve clients one after another until ``parent_fd`` closes.
 
@@ -26,11 +31,13 @@ def serve(
         time_scale: simulated seconds in a second of the wall clock; 0 jumps from event to event as
             soon as the received bytes are dealt with, so that a job takes as long as its bytes take.
         parent_fd: a descriptor that becomes readable at end of file when the starting process ends.
+        baud: pace of the link in simulated time, bits a second; 0 passes bytes at once.
     """
+    wires = Wires(machine, baud)
     client: socket.socket | None = None
     last = time.monotonic()
     while True:
-        event = machine.next_event()
+        event = wires.next_event()
         if event is None:
             patience = _IDLE_S
         elif time_scale > 0.0:
@@ -38,27 +45,27 @@ def serve(
         else:
             patience = 0.0
         watched: list[socket.socket | int] = [listener]
-        watched += [client] if client is not None else []
+        watched += [client] if client is not None and wires.room else []
         watched += [parent_fd] if parent_fd is not None else []
         ready = select.select(watched, [], [], patience)[0]
         now = time.monotonic()
         if time_scale > 0.0:
-            machine.advance(machine.now + (now - last) * time_scale)
+            wires.advance(machine.now + (now - last) * time_scale)
         elif not ready:
-            _jump(machine)
+            _jump(wires)
         last = now
         if parent_fd is not None and parent_fd in ready:
             break
         if client is not None and client in ready:
-            client = _read(machine, client)  # before accepting: it may have hung up
+            client = _read(wires, client)  # before accepting: it may have hung up
             if time_scale == 0.0:
-                _jump(machine)
+                _jump(wires)
         elif listener in ready:
             client = _accept(machine, listener, client)
-        if client is not None and machine.out:
-            client = _write(machine, client)
-        elif client is None:
-            machine.out.clear()
+        if client is None:
+            wires.hang_up()
+        elif data := wires.arrived():
+            client = _write(data, client)
         if machine.dropped and client is not None:
             client.close()
             client = None
@@ -67,12 +74,12 @@ def serve(
         client.close()
 
 
-def _jump(machine: GrblMachine) -> None:
+def _jump(wires: Wires) -> None:
     """A few events at once: a block's moves and its sync then cost one answer on the wire, not three."""
     for _ in range(_JUMPS):
-        if (event := machine.next_event()) is None:
+        if (event := wires.next_event()) is None:
             return
-        machine.advance(event)
+        wires.advance(event)
 
 
 def _accept(machine: GrblMachine, listener: socket.socket, client: socket.socket | None) -> socket.socket:
@@ -87,22 +94,20 @@ def _accept(machine: GrblMachine, listener: socket.socket, client: socket.socket
     return fresh
 
 
-def _read(machine: GrblMachine, client: socket.socket) -> socket.socket | None:
+def _read(wires: Wires, client: socket.socket) -> socket.socket | None:
     try:
-        data = client.recv(4096)
+        data = client.recv(wires.room)
     except OSError:
         data = b""
     if not data:
         with contextlib.suppress(OSError):
             client.close()
         return None
-    machine.receive(data)
+    wires.take(data)
     return client
 
 
-def _write(machine: GrblMachine, client: socket.socket) -> socket.socket | None:
-    data = bytes(machine.out)
-    machine.out.clear()
+def _write(data: bytes, client: socket.socket) -> socket.socket | None:
     try:
         client.sendall(data)
     except OSError:

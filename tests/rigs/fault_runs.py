@@ -145,6 +145,7 @@ def simulated(
     url: str = "socket://127.0.0.1:1",
     homed: bool = True,
     rig: Rig = RIG,
+    watched: bool = True,
     **more: Any,
 ) -> Outcome:
     """A replay on a fresh machine; afterwards the machine is left alone."""
@@ -158,9 +159,9 @@ def simulated(
     recorder = Recorder(clock, [], [])
     error: BaseException | None = None
     with contextlib.ExitStack() as stack:
-        for module in ("controller", "replay"):
+        for module in ("controller", "holding", "listener", "replay", "replay_run", "send_ahead"):
             stack.enter_context(mock.patch(f"rigs.{module}.time", clock))
-        stack.enter_context(mock.patch("rigs.replay.Arming", lambda: Arming(clock.monotonic, clock.time)))
+        stack.enter_context(mock.patch("rigs.replay_run.Arming", lambda: Arming(clock.monotonic, clock.time)))
         stack.enter_context(mock.patch("rigs.replay.open_link", lambda _url, _rig: link))
         try:
             replay(
@@ -170,7 +171,7 @@ def simulated(
                 journal_path=journal,
                 mode=mode,
                 resumes=resumes,
-                watch=recorder,
+                watch=recorder if watched else None,
                 **more,
             )
         except (MachineError, JobError, HostKilled, KeyboardInterrupt) as caught:
