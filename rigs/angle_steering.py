@@ -13,6 +13,7 @@ from rigs.measuring import Measure
 from rigs.process import FoldProcess, Process
 from rigs.replay_blocks import ReplayBlock
 from rigs.resume import pass_groups
+from rigs.steering_so_far import SoFar
 
 __all__ = ["AngleSteering", "Gain", "Reading"]
 
@@ -96,6 +97,7 @@ class AngleSteering:
         gain: running correction.
         note: writes a record into the journal of the replay.
         readings: what was measured.
+        before: what earlier replays of this sheet made and measured.
     """
 
     job: Job
@@ -107,11 +109,21 @@ class AngleSteering:
     gain: Gain = field(default_factory=Gain)
     note: Callable[..., None] | None = None
     readings: list[Reading] = field(default_factory=list)
+    before: SoFar = field(default_factory=SoFar)
     _groups: dict[int, list[list[int]]] = field(default_factory=dict, init=False)
     _angle: dict[int, float] = field(default_factory=dict, init=False)
     _skipped: set[int] = field(default_factory=set, init=False)
+    _begun: set[int] = field(default_factory=set, init=False)
+    _open: int | None = field(default=None, init=False)
     _place: tuple[float, float, float] | None = field(default=None, init=False)
     _turned: float = field(default=0.0, init=False)
+
+    def __post_init__(self) -> None:
+        """Go on from what earlier replays found."""
+        self._angle.update(self.before.angles_deg)
+        if self.before.gain is not None:
+            self.gain = Gain(*self.before.gain)
+        self._open = self.before.open_step(self.job)
 
     def blocks_for(self, block: ReplayBlock) -> Iterator[ReplayBlock]:
         """The block, nothing in place of a pass that is not needed, or further passes after the last one."""
@@ -120,12 +132,16 @@ class AngleSteering:
             yield block
             return
         made = self.job.blocks[number]
+        if self._open is not None:  # it stopped between the last pass and the measurement
+            step, self._open = self._open, None
+            yield from self._to_the_angle(self.process.fold_at[step], self._groups_of(step))
         fold = self.process.fold_at.get(made.step) if made.kind == "pass" else None
         if fold is None:
             yield from self._from_here(block, made)
             return
         groups = self._groups_of(made.step)
-        if number == groups[0][0]:
+        if made.step not in self._begun:
+            self._begun.add(made.step)
             self._take_off(fold, groups)
         if number not in self._skipped:
             yield from self._from_here(block, made)
@@ -160,22 +176,30 @@ class AngleSteering:
                 break
             reached += worth
             needed += 1
-        for group in groups[needed:]:
+        for group in self._untouched(groups)[max(needed - self.before.passes.get(fold.step, 0), 0) :]:
             self._skipped.update(group)
+
+    def _untouched(self, groups: list[list[int]]) -> list[list[int]]:
+        """Passes of which no stroke was made by an earlier replay of the sheet."""
+        return [group for group in groups if self.before.done.isdisjoint(group)]
 
     def _to_the_angle(self, fold: FoldProcess, groups: list[list[int]]) -> Iterator[ReplayBlock]:
         wanted = math.degrees(fold.to_rad)
         before = self._angle.get(fold.crease, math.degrees(fold.from_rad))
-        made = sum(group[0] not in self._skipped for group in groups)
-        predicted = sum(abs(math.degrees(x)) for x in fold.increments_rad[:made])
+        made = sum(group[0] not in self._skipped for group in self._untouched(groups))
+        made += self.before.passes.get(fold.step, 0)
         steps = [abs(math.degrees(x)) for x in fold.increments_rad]
+        predicted = sum(steps[:made]) + steps[-1] * max(made - len(steps), 0)
         angle = before
         for _ in range(_MOST_ROUNDS):
             sign = math.copysign(1.0, wanted - before)
             angle, sigma = self.measure(fold.crease, before + sign * predicted * self.gain.value)
-            if self.note is not None:
-                self.note("measured", step=fold.step, crease=fold.crease, deg=angle, sigma=sigma, passes=made)
             self.gain.learn(predicted, sign * (angle - before), sigma)
+            if self.note is not None:
+                self.note(
+                    "measured", step=fold.step, crease=fold.crease, deg=angle, sigma=sigma, passes=made,
+                    gain=round(self.gain.value, 9), variance=round(self.gain.variance, 12),
+                )  # fmt: skip
             missing = sign * (wanted - angle)
             most = made + max(3, len(groups))
             before_round = made
@@ -190,6 +214,9 @@ class AngleSteering:
             if made == before_round:
                 break
         self._angle[fold.crease] = angle
+        if self.note is not None:
+            needless = sorted(k for group in groups for k in group if k in self._skipped)
+            self.note("reached", sync=True, step=fold.step, crease=fold.crease, deg=angle, left_out=needless)
         if self.told is not None:
             self.told(fold.crease, math.radians(angle))
         self.readings.append(

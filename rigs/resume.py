@@ -121,12 +121,16 @@ def standing(journals: Sequence[Journal], job: Job) -> Standing:
                 "the journals of this job do not belong together"
             )
         done = now.done | set(journal.done) | set(before.get("done", ()))
-        strange = [k for k in (*done, *before.get("left_out", ())) if not 0 <= k < len(job.blocks)]
+        strange = [
+            k
+            for k in (*done, *before.get("left_out", ()), *_needless(journal))
+            if not 0 <= k < len(job.blocks)
+        ]
         if strange:
             raise JobError(f"{journal.path}: names block {strange[0]}, the job has {len(job.blocks)}")
         now = Standing(
             done=frozenset(done),
-            left_out=now.left_out | frozenset(before.get("left_out", ())),
+            left_out=now.left_out | frozenset(before.get("left_out", ())) | _needless(journal),
             doubt=_doubt(journal, job),
             outcome=journal.outcome,
             journals=(*now.journals, journal.path.name),
@@ -134,6 +138,11 @@ def standing(journals: Sequence[Journal], job: Job) -> Standing:
             emulated=emulated,
         )
     return now
+
+
+def _needless(journal: Journal) -> frozenset[int]:
+    """Passes that measuring found needless."""
+    return frozenset(k for r in journal.records if r["kind"] == "reached" for k in r["left_out"])
 
 
 def _doubt(journal: Journal, job: Job) -> Doubt | None:

@@ -6,8 +6,11 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from studio.commands_view import ViewPort
+from studio.errors import UsageError
 from studio.exit_codes import DONE
 from studio.flags import Bundle, Json, Quiet, finite
+from studio.live_server import DEFAULT_PORT
 from studio.progress import Progress
 from studio.summary import print_summary
 
@@ -40,6 +43,26 @@ def resume(
     look: Annotated[
         bool, Parameter(show_default=False, help="Only say how far the job has come; nothing is sent.")
     ] = False,
+    shadow: Annotated[
+        bool,
+        Parameter(show_default=False, help="The twin follows, and stops the machine where it differs."),
+    ] = False,
+    measure: Annotated[
+        str | None,
+        Parameter(
+            metavar="typed|URL|FILE",
+            help="Measure each crease after its passes, as blossom replay does; needed where it did.",
+        ),
+    ] = None,
+    encoder: Annotated[
+        str | None,
+        Parameter(metavar="URL", help="Port of an encoder on the rotary; every turn is checked by it."),
+    ] = None,
+    view: Annotated[
+        bool,
+        Parameter(show_default=False, help="Show machine and twin side by side in a browser (extra: view)."),
+    ] = False,
+    view_port: ViewPort = DEFAULT_PORT,
     yes: Annotated[
         bool, Parameter(show_default=False, help="Confirm beforehand that a person stands by a real laser.")
     ] = False,
@@ -50,17 +73,28 @@ def resume(
 
     The machine is homed first if it asks for it, and the pilot light runs over the marks of the sheet.
     Blocks that were confirmed are never sent again, and a fold pass that may have burnt is never repeated.
+    Ctrl-Z holds the machine, Ctrl-C stops it.
 
     Examples:
         blossom resume out/bunny --port /dev/ttyUSB0 --look
 
         blossom resume out/bunny --port /dev/ttyUSB0 --angle 38
     """
+    from studio.gauges import is_virtual
     from studio.pipeline import resume_bundle
-    from studio.resume_stage import Choice
+    from studio.resume_stage import Beside, Choice
 
+    if is_virtual(measure) and port != "emulator":
+        raise UsageError("--measure virtual is for --port emulator: a real part has to be measured")
+    beside = Beside(shadow, measure, encoder, view_port if view else None)
     summary = resume_bundle(
-        bundle, port, Choice(doubt, angle), yes=yes, look_only=look, progress=Progress(quiet=quiet or json)
+        bundle,
+        port,
+        Choice(doubt, angle),
+        yes=yes,
+        look_only=look,
+        beside=beside,
+        progress=Progress(quiet=quiet or json),
     )
     print_summary(summary, as_json=json)
     return DONE

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import re
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -39,7 +40,13 @@ def workpiece_of(ws: Workspace, gain: float = 1.0) -> Workpiece:
     return Workpiece(ws.plan, ws.process, ws.rig, ws.material, gain)
 
 
-def gauge_of(ws: Workspace, measure: str, trace: Path | None, stack: contextlib.ExitStack) -> Measure:
+def gauge_of(
+    ws: Workspace,
+    measure: str,
+    trace: Path | None,
+    stack: contextlib.ExitStack,
+    folded_rad: Mapping[int, float],
+) -> Measure:
     """The gauge that ``measure`` names.
 
     Args:
@@ -49,6 +56,7 @@ def gauge_of(ws: Workspace, measure: str, trace: Path | None, stack: contextlib.
             ``@BAUD`` behind it if it is not 115200, ``stream:`` before it if the gauge prints by itself.
         trace: of the emulated machine.
         stack: closes what is opened.
+        folded_rad: crease → angle that the part in the emulated machine has already.
 
     Raises:
         UsageError: if it makes no sense here.
@@ -62,7 +70,7 @@ def gauge_of(ws: Workspace, measure: str, trace: Path | None, stack: contextlib.
             raise UsageError("--measure typed needs a terminal on which angles can be typed")
         return TypedGauge(_ask)
     if is_virtual(measure):
-        return _virtual(ws, measure, trace, stack)
+        return _virtual(ws, measure, trace, stack, folded_rad)
     if measure.endswith(".toml"):
         from rigs.camera import CameraGauge, open_pictures
         from rigs.camera_file import read_camera
@@ -112,7 +120,13 @@ def _port(flag: str, text: str, stack: contextlib.ExitStack) -> SerialGauge:
     return gauge
 
 
-def _virtual(ws: Workspace, measure: str, trace: Path | None, stack: contextlib.ExitStack) -> Measure:
+def _virtual(
+    ws: Workspace,
+    measure: str,
+    trace: Path | None,
+    stack: contextlib.ExitStack,
+    folded_rad: Mapping[int, float],
+) -> Measure:
     from rigs.measuring import SerialGauge
     from twin.gauge_port import gauge_port
     from twin.traced_part import TracedPart
@@ -128,6 +142,7 @@ def _virtual(ws: Workspace, measure: str, trace: Path | None, stack: contextlib.
     if trace is None:
         raise UsageError(f"--measure {name} is for --port emulator: a real part has to be measured")
     traced = TracedPart(trace, ws.rig, workpiece_of(ws, gain))
+    traced.part.angles_rad.update(folded_rad)
     if name == CAMERA:
         return VirtualCamera(ws.plan.net, traced)
     gauge = SerialGauge(stack.enter_context(gauge_port(traced)))

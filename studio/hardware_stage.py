@@ -16,10 +16,26 @@ if TYPE_CHECKING:
     from rigs.angle_steering import AngleSteering
     from rigs.job import Job
     from rigs.rotary_encoder import RotaryEncoder
+    from rigs.steering_so_far import SoFar
     from rigs.watch import Watch
     from twin.shadow import Shadow
 
-__all__ = ["Hardware", "hardware", "shadow_of_journal"]
+__all__ = ["Before", "Hardware", "hardware", "shadow_of_journal"]
+
+
+@dataclass(frozen=True)
+class Before:
+    """What earlier replays of the sheet in the machine did.
+
+    Attributes:
+        shadow: followed their journals; its part is the one in the machine.
+        measured: what was measured.
+        left: blocks that are to be made.
+    """
+
+    shadow: Shadow
+    measured: SoFar
+    left: frozenset[int]
 
 
 @dataclass(frozen=True)
@@ -72,6 +88,7 @@ def hardware(
     lit: bool,
     trace: Path | None = None,
     encoder: str | None = None,
+    before: Before | None = None,
 ) -> Iterator[Hardware]:
     """Set up what looks at a replay, while the block runs.
 
@@ -82,6 +99,7 @@ def hardware(
         measure: how creases are measured; ``gauge_of`` says which ways there are.
         lit: the replay fires.
         encoder: port of an encoder on the rotary, ``virtual`` for that of the emulated machine.
+        before: what earlier replays of this sheet did; None on a new sheet.
         trace: file in which the emulated machine tells what it does, None for a real one.
 
     Raises:
@@ -93,15 +111,26 @@ def hardware(
     from twin.shadow import Shadow
 
     with contextlib.ExitStack() as stack:
-        made = Shadow(job, ws.rig, workpiece_of(ws), lit, steered=measure is not None) if shadow else None
+        made: Shadow | None = None
+        if shadow:
+            part = workpiece_of(ws) if before is None else before.shadow.part
+            due = None if before is None else before.left
+            made = Shadow(job, ws.rig, part, lit, steered=measure is not None, due=due)
+            made.wanted = made.wanted if before is None else before.shadow.wanted
         steering: AngleSteering | None = None
         if measure is not None:
             from rigs.angle_steering import AngleSteering
 
             if not lit:
                 raise UsageError("--measure needs --arm: without light nothing folds")
-            gauge = gauge_of(ws, measure, trace, stack)
-            steering = AngleSteering(job, ws.process, gauge, _accept(ws), told=_into(made))
+            from rigs.steering_so_far import SoFar
+
+            folded = {} if before is None else dict(before.shadow.part.angles_rad)
+            gauge = gauge_of(ws, measure, trace, stack, folded)
+            steering = AngleSteering(
+                job, ws.process, gauge, _accept(ws), told=_into(made),
+                before=SoFar() if before is None else before.measured,
+            )  # fmt: skip
         turns = encoder_of(ws, encoder, trace, stack) if encoder is not None else None
         watches = [w for w in (turns, made) if w is not None]
         yield Hardware(Watches(*watches) if watches else None, steering, made, turns)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rigs.replay_blocks import ReplayBlock
     from rigs.watch import Watch
     from studio.live_replay import ReplayView
+    from twin.workpiece import Workpiece
 
 __all__ = ["replay_view", "view_plan", "watched"]
 
@@ -37,10 +38,13 @@ def view_plan(ws: Workspace, port: int, *, say: Callable[[str], None], goes_on: 
 
 
 @contextlib.contextmanager
-def replay_view(ws: Workspace, job: Job, mode: str, port: int | None) -> Iterator[ReplayView | None]:
+def replay_view(
+    ws: Workspace, job: Job, mode: str, port: int | None, part: Workpiece | None = None
+) -> Iterator[ReplayView | None]:
     """A view of a replay while the block runs; None if ``port`` is None.
 
-    On a terminal it stays open after the replay until Enter is pressed.
+    The part is flat at first, unless ``part`` is given. On a terminal the view stays open after the replay
+    until Enter is pressed.
 
     Raises:
         ViewError: if there can be no view; nothing was sent to the machine yet.
@@ -48,12 +52,20 @@ def replay_view(ws: Workspace, job: Job, mode: str, port: int | None) -> Iterato
     if port is None:
         yield None
         return
+    from dataclasses import replace
+
     from studio.gauges import workpiece_of
     from studio.live_replay import ReplayView
 
     with live_server(f"{ws.goal.name} – replay – Metal Blossom", port) as server:
         view = ReplayView(
-            server, ws, job, workpiece_of(ws), lit=mode == "arm", mode=mode, tell=ws.progress.note
+            server,
+            ws,
+            job,
+            replace(part) if part else workpiece_of(ws),
+            lit=mode == "arm",
+            mode=mode,
+            tell=ws.progress.note,
         )
         ws.progress.note(f"live view: {url_of(server)}")
         try:

@@ -20,7 +20,7 @@ from studio.summary import Summary
 from studio.workspace import Workspace
 
 if TYPE_CHECKING:
-    from studio.resume_stage import Choice
+    from studio.resume_stage import Beside, Choice
 
 __all__ = ["PASS", "make", "make_net_bundle", "replay_bundle", "resume_bundle", "run_stage"]
 
@@ -128,7 +128,14 @@ def replay_bundle(
 
 
 def resume_bundle(
-    target: Path, port: str, choice: Choice, *, yes: bool, look_only: bool, progress: Progress
+    target: Path,
+    port: str,
+    choice: Choice,
+    *,
+    yes: bool,
+    look_only: bool,
+    beside: Beside | None = None,
+    progress: Progress,
 ) -> Summary:
     """Go on with the job of a bundle where its last armed replay stopped."""
     from studio.resume_stage import resume_stage
@@ -136,7 +143,9 @@ def resume_bundle(
     return _on_the_machine(
         target,
         progress,
-        lambda ws: resume_stage(ws, port, choice, confirm=ask_person(yes=yes), look_only=look_only),
+        lambda ws: resume_stage(
+            ws, port, choice, confirm=ask_person(yes=yes), look_only=look_only, beside=beside
+        ),
     )
 
 

@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections.abc import Callable, Iterator
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studio.errors import UsageError
-from studio.replay_stage import JOURNAL_PREFIX, certificate_of, holding_of, machine_of, next_journal, told
+from studio.gauges import is_virtual, workpiece_of
+from studio.hardware_stage import Before, hardware
+from studio.live_stage import replay_view, watched
+from studio.replay_stage import (
+    EMULATOR,
+    JOURNAL_PREFIX,
+    certificate_of,
+    holding_of,
+    machine_of,
+    next_journal,
+    told,
+)
 from studio.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -16,7 +30,24 @@ if TYPE_CHECKING:
     from rigs.journal import Journal
     from rigs.resume import Decision, Standing
 
-__all__ = ["Choice", "resume_stage", "standing_of"]
+__all__ = ["Beside", "Choice", "resume_stage", "standing_of"]
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What looks at the replay, as in ``studio.replay_stage.replay_stage``.
+
+    Attributes:
+        shadow: the twin follows and stops the machine where it differs.
+        measure: how creases are measured after their passes.
+        encoder: port of an encoder on the rotary.
+        view_port: where the live view listens; None: no view.
+    """
+
+    shadow: bool = False
+    measure: str | None = None
+    encoder: str | None = None
+    view_port: int | None = None
 
 
 @dataclass(frozen=True)
@@ -50,6 +81,7 @@ def resume_stage(
     *,
     confirm: Callable[[str], bool] | None = None,
     look_only: bool = False,
+    beside: Beside | None = None,
 ) -> str:
     """Go on with a job where its last replay stopped; returns the outcome in words.
 
@@ -59,6 +91,7 @@ def resume_stage(
         choice: what becomes of the block in doubt.
         confirm: asked before a real machine fires, and where the job needs a person.
         look_only: only say how the job stands.
+        beside: what looks at the replay; nothing if not given.
 
     Raises:
         BundleError: if the bundle has no job.
@@ -90,6 +123,9 @@ def resume_stage(
                 else "--doubt done counts it as burnt, --doubt redo burns it again"
             )
         )
+    beside = beside or Beside()
+    sheet = [j for j in _journals(ws) if j.path.name in now.journals]
+    _check_measuring(sheet, beside, choice)
     if choice.angle_deg is not None:
         decision, passes, note = _passes_by_angle(ws, job, now, choice)
         notes.append(note)
@@ -106,18 +142,60 @@ def resume_stage(
         f"done, {len(left)} are left"
     )
     plan = resume_job(job, left)
-    with (
-        machine_of(ws, port) as url,
-        holding_of(ws) as holding,
-        ws.progress.stage("resume", f"on {port}"),
-    ):
+    with contextlib.ExitStack() as stack:
+        before = _before(ws, job, sheet, left, counted, now, choice)
+        seen = stack.enter_context(replay_view(ws, job, "arm", beside.view_port, before.shadow.part))
+        trace: Path | None = None
+        if port == EMULATOR and (is_virtual(beside.measure) or is_virtual(beside.encoder)):
+            trace = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "trace.jsonl"
+        url = stack.enter_context(machine_of(ws, port, trace))
+        looks = stack.enter_context(
+            hardware(
+                ws, job, shadow=beside.shadow, measure=beside.measure, lit=True, trace=trace,
+                encoder=beside.encoder, before=before,
+            )
+        )  # fmt: skip
+        holding = stack.enter_context(holding_of(ws))
+        stack.enter_context(ws.progress.stage("resume", f"on {port}"))
         done = replay(
             plan, url, rig=ws.rig, journal_path=journal, mode="arm", certificate=certificate_of(ws),
-            confirm=confirm, ask=confirm, on_progress=told(ws), resumes=resumes,
-            marks=mark_blocks(ws.rig), holding=holding,
+            confirm=confirm, ask=confirm, on_progress=told(ws, seen), resumes=resumes,
+            marks=mark_blocks(ws.rig), holding=holding, watch=watched(looks.watch, seen),
+            steering=looks.steering,
         )  # fmt: skip
     what = "EMULATED" if done.emulated else "REAL machine"
-    return f"resumed on {what}: {done.outcome}, {len(done.done)} blocks confirmed, {journal.name}"
+    words = f"resumed on {what}: {done.outcome}, {len(done.done)} blocks confirmed, {journal.name}"
+    return "; ".join([words, *looks.words()])
+
+
+def _check_measuring(sheet: Sequence[Journal], beside: Beside, choice: Choice) -> None:
+    measured = any(r["kind"] == "measured" for journal in sheet for r in journal.records)
+    if measured and beside.measure is None:
+        raise UsageError(
+            "this sheet was measured as it was folded, and how many passes a crease still needs is known by "
+            "measuring only: go on with --measure"
+        )
+    if beside.measure is not None and choice.angle_deg is not None:
+        raise UsageError("--angle and --measure exclude each other: with --measure, --doubt done is enough")
+
+
+def _before(
+    ws: Workspace,
+    job: Job,
+    sheet: Sequence[Journal],
+    left: Sequence[int],
+    counted: Sequence[int],
+    now: Standing,
+    choice: Choice,
+) -> Before:
+    from rigs.steering_so_far import so_far
+    from twin.journal_shadow import sheet_shadow
+
+    angles: dict[int, float] = {}
+    if now.doubt is not None and choice.angle_deg is not None:
+        angles[now.doubt.crease] = math.radians(choice.angle_deg)
+    shadow = sheet_shadow(sheet, job, ws.rig, workpiece_of(ws), counted, angles)
+    return Before(shadow, so_far(sheet, job, counted), frozenset(left))
 
 
 def _journals(ws: Workspace) -> Iterator[Journal]:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from rigs.emulator import start_emulator
+from rigs.errors import MachineError
 from rigs.job_file import read_job
 from rigs.journal import read_journal
 from rigs.one_process import one_at_a_time
@@ -185,6 +186,51 @@ def test_shadow_and_measured_passes(bundle, capsys):
     assert all(row["passes"] > 1 for row in values["creases"])
     assert main(["shadow", str(bundle), str(bundle / "journal-001.jsonl")]) == 0
     assert "folded        100.0 %" in capsys.readouterr().out
+
+
+def test_the_shadow_goes_on_with_the_part_in_the_machine(bundle, capsys):
+    """Resumed with a shadow, the twin's part begins as the journals left it and ends as the plan has it."""
+    stopped(bundle, "pass")
+    capsys.readouterr()
+    assert resume(bundle, "--doubt", "done", "--shadow", "--json") == 0
+    words = json.loads(capsys.readouterr().out)["replay"]
+    assert "shadow: " in words and "0.000 mm off the path" in words and "folded 100.0 %" in words
+
+
+def test_a_measured_sheet_goes_on_measured(bundle, capsys, monkeypatch):
+    import studio.gauges as gauges
+
+    real = gauges._virtual
+
+    def falls_off(*given):
+        gauge, calls = real(*given), []
+
+        def measure(crease: int, expected: float) -> tuple[float, float]:
+            calls.append(crease)
+            if len(calls) == 2:
+                raise MachineError("the gauge fell off")
+            return gauge(crease, expected)
+
+        return measure
+
+    words = [str(bundle), "--port", "emulator", "-q"]
+    monkeypatch.setattr(gauges, "_virtual", falls_off)
+    assert main(["replay", *words, "--arm", "--measure", "virtual:1.3"]) == 3
+    monkeypatch.setattr(gauges, "_virtual", real)
+    capsys.readouterr()
+    assert main(["resume", *words]) == 2
+    assert "go on with --measure" in capsys.readouterr().err
+    assert (
+        main(["resume", *words, "--measure", "virtual:1.3", "--shadow", "--encoder", "virtual", "--json"])
+        == 0
+    )
+    told = json.loads(capsys.readouterr().out)["replay"]
+    assert (
+        "encoder: " in told
+        and "measured" in told
+        and "a pass is worth 1.2" in told.replace("worth 1.3", "worth 1.2")
+    )
+    assert read_journal(bundle / "journal-002.jsonl").outcome == "complete"
 
 
 @pytest.mark.parametrize(
