@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 from planner.fold_plan import Bend, Clip, Fold, FoldPlan, MachineLimits, Release, Rotate
 from planner.kinematics import folded_triangles, rotation_about_line
 
-__all__ = ["RotationClearance", "check_rotation_clearance", "height_range", "rotation_clearance"]
+__all__ = [
+    "RotationClearance", "bar_corners", "bent_points", "check_rotation_clearance", "height_range",
+    "rotation_clearance",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,7 @@ def check_rotation_clearance(plan: FoldPlan) -> list[str]:
     if np.abs(plan.sheet.rotary_axis[:, 1]).max() > 1e-6:
         raise ValueError("the rotary axis must be the line y = 0: place the net first")
     half = 0.5 * plan.limits.thickness
-    bars = _bar_corners(plan)
+    bars = bar_corners(plan)
     angles = np.zeros(len(plan.net.edges))
     present = np.ones(len(plan.sheet.faces), dtype=np.bool_)
     bent: list[NDArray[np.float64]] = []
@@ -90,7 +93,7 @@ def check_rotation_clearance(plan: FoldPlan) -> list[str]:
                 present[list(faces)] = False
             case Bend(faces=faces, hinge=hinge, to_rad=to_rad):
                 present[list(faces)] = False
-                bent.append(_bent_points(plan, faces, hinge, to_rad))
+                bent.append(bent_points(plan, faces, hinge, to_rad))
             case Release():
                 released = True
             case Rotate(to_rad=to_rad):
@@ -105,16 +108,17 @@ def check_rotation_clearance(plan: FoldPlan) -> list[str]:
     return problems
 
 
-def _bar_corners(plan: FoldPlan) -> NDArray[np.float64]:
+def bar_corners(plan: FoldPlan) -> NDArray[np.float64]:
     """(K, 3) outer corners of the frame's bars, half a thickness lower, as that is added to all points."""
     rise = max(0.0, plan.sheet.clamp_height - 0.5 * plan.limits.thickness)
     outline = plan.sheet.outline
     return np.concatenate([np.column_stack([outline, np.full(len(outline), z)]) for z in (rise, -rise)])
 
 
-def _bent_points(
+def bent_points(
     plan: FoldPlan, faces: tuple[int, ...], hinge: tuple[tuple[float, float], ...], to_rad: float
 ) -> NDArray[np.float64]:
+    """(K, 3) corners of sheet faces that are bent about a hinge."""
     flat = plan.sheet.vertices[np.unique(plan.sheet.faces[list(faces)])]
     points = np.column_stack([flat, np.zeros(len(flat))])
     turn = rotation_about_line(np.array([*hinge[0], 0.0]), np.array([*hinge[1], 0.0]), to_rad)

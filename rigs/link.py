@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
 import select
 import socket
 import time
+from collections.abc import Callable
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -17,6 +19,8 @@ __all__ = ["Link", "open_link"]
 
 _LINE_LIMIT = 4096
 _URGENT_S = 0.1
+_WRITE_S = 1.0
+_LOOK_S = 0.02
 
 
 class Link:
@@ -24,12 +28,15 @@ class Link:
 
     Attributes:
         url: where it is connected.
+        interrupted: asked while a write waits for room; True gives it up.
     """
 
     def __init__(self, port: Any, url: str) -> None:  # noqa: ANN401  pyserial ports share no typed base
         self._port = port
         self.url = url
         self._buffer = bytearray()
+        self.interrupted: Callable[[], bool] | None = None
+        self._patience_s = _WRITE_S
         try:
             self._fd: int | None = port.fileno()
         except (AttributeError, OSError, io.UnsupportedOperation):
@@ -39,12 +46,33 @@ class Link:
         """Write all bytes.
 
         Raises:
-            MachineError: if the port fails or takes longer than its write timeout.
+            MachineError: if the port fails, takes no bytes for a second, or the wait is interrupted.
         """
         try:
-            self._port.write(data)
+            if self._fd is None:
+                self._port.write(data)
+            else:
+                self._write(self._fd, data)
+        except MachineError:
+            raise
         except (OSError, ValueError, AttributeError) as error:
             raise MachineError(f"{self.url}: the port vanished while writing: {error}") from error
+
+    def _write(self, fd: int, data: bytes) -> None:
+        """Write as the port takes it; a full one must not stop anybody from stopping."""
+        deadline = time.monotonic() + self._patience_s
+        while data:
+            if select.select([], [fd], [], _LOOK_S)[1]:
+                with contextlib.suppress(BlockingIOError):
+                    data = data[os.write(fd, data) :]
+                    continue
+            if self.interrupted is not None and self.interrupted():
+                raise MachineError(f"{self.url}: stopped on request, while the port took no bytes")
+            if time.monotonic() > deadline:
+                raise MachineError(
+                    f"{self.url}: the port takes no bytes any more: {len(data)} were not sent; "
+                    "does the other end still read?"
+                )
 
     def urgent(self, data: bytes) -> None:
         """Write past everything that waits to be sent: what the system still holds back is dropped.
@@ -58,6 +86,7 @@ class Link:
             self._port.reset_output_buffer()
         with contextlib.suppress(Exception):
             self._port.write_timeout = _URGENT_S
+        self._patience_s, self.interrupted = _URGENT_S, None
         self.write(data)
 
     def read_line(self, timeout_s: float) -> bytes | None:
@@ -123,7 +152,7 @@ def open_link(url: str, rig: Rig) -> Link:
     try:
         port = serial.serial_for_url(url, do_not_open=True, baudrate=rig.controller.baud)
         port.timeout = 0
-        port.write_timeout = 2.0
+        port.write_timeout = _WRITE_S
         if "://" not in url:
             port.dtr = False  # before opening: a raised DTR resets the board, a pseudo-terminal has none
             port.rts = False

@@ -104,6 +104,7 @@ def replay(
     link = open_link(url, rig)
     controller = Controller(spoken(link, rig), rig)
     controller.stop = stop
+    link.interrupted = None if stop is None else stop.is_set
     try:
         identity = _identify(controller)
         emulated = is_emulated(identity, url)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from rigs.steering_so_far import SoFar
     from rigs.watch import Watch
     from twin.shadow import Shadow
+    from twin.workpiece import Workpiece
 
 __all__ = ["Before", "Hardware", "hardware", "shadow_of_journal"]
 
@@ -108,12 +109,13 @@ def hardware(
         ProfileError: if a camera file has a mistake.
     """
     from rigs.watch import Watches
-    from twin.shadow import Shadow
+    from twin.shadow import Shadow, VirtualPart
+    from twin.turn_check import TurnCheck
 
     with contextlib.ExitStack() as stack:
         made: Shadow | None = None
+        part = workpiece_of(ws) if before is None else before.shadow.part
         if shadow:
-            part = workpiece_of(ws) if before is None else before.shadow.part
             due = None if before is None else before.left
             made = Shadow(job, ws.rig, part, lit, steered=measure is not None, due=due)
             made.wanted = made.wanted if before is None else before.shadow.wanted
@@ -128,20 +130,24 @@ def hardware(
             folded = {} if before is None else dict(before.shadow.part.angles_rad)
             gauge = gauge_of(ws, measure, trace, stack, folded)
             steering = AngleSteering(
-                job, ws.process, gauge, _accept(ws), told=_into(made),
+                job, ws.process, gauge, _accept(ws), told=_into(part),
                 before=SoFar() if before is None else before.measured,
             )  # fmt: skip
         turns = encoder_of(ws, encoder, trace, stack) if encoder is not None else None
-        watches = [w for w in (turns, made) if w is not None]
+        watches: list[Watch] = [w for w in (turns, made) if w is not None]
+        if (
+            lit
+        ):  # turns with the part as it is by now: as the shadow has it, else as the confirmed passes fold it
+            watches += [] if shadow else [VirtualPart(job, part)]
+            watches.append(TurnCheck(ws.plan, job, lambda: part.angles_rad))
         yield Hardware(Watches(*watches) if watches else None, steering, made, turns)
 
 
-def _into(shadow: Shadow | None) -> Callable[[int, float], None]:
-    """A function that gives the shadow's part the measured angles."""
+def _into(part: Workpiece) -> Callable[[int, float], None]:
+    """A function that gives the twin's part the measured angles."""
 
     def tell(crease: int, angle_rad: float) -> None:
-        if shadow is not None:
-            shadow.part.angles_rad[crease] = angle_rad
+        part.angles_rad[crease] = angle_rad
 
     return tell
 
