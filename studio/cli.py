@@ -20,6 +20,7 @@ from studio import (
     commands_certify,
     commands_compare,
     commands_config,
+    commands_emulate,
     commands_explain,
     commands_export,
     commands_guide,
@@ -80,7 +81,8 @@ for _command in (
     commands_compare.compare,
     commands_explain.explain, commands_scatter.scatter, commands_bend.bend,
     commands_testgrid.testgrid, commands_calibrate.calibrate,
-    commands_rigs.rigs, commands_materials.materials, commands_make.demo, commands_bench.bench,
+    commands_emulate.emulate, commands_rigs.rigs, commands_materials.materials, commands_make.demo,
+    commands_bench.bench,
     commands_config.config, commands_config.completion,
 ):  # fmt: skip
     _help, _epilogue = _help_texts(_command)

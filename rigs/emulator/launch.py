@@ -55,6 +55,7 @@ def start_emulator(
     faults: Sequence[str] = (),
     settings: dict[int, float] | None = None,
     baud: int = 0,
+    port: int = 0,
 ) -> Iterator[Emulator]:
     """Run an emulated machine while the block runs.
 
@@ -65,6 +66,7 @@ def start_emulator(
         faults: fault script, such as ``["error:9@120"]``.
         settings: ``$`` settings to change.
         baud: pace of the link as of a serial line; 0 passes bytes at once.
+        port: on 127.0.0.1; 0 takes a free one.
 
     Yields:
         the emulator with its URL.
@@ -75,6 +77,7 @@ def start_emulator(
     command = [sys.executable, "-m", "rigs.emulator", "--rig", str(rig), "--time-scale", str(time_scale)]
     command += ["--with-parent"]
     command += ["--trace", str(trace)] if trace is not None else []
+    command += ["--port", str(port)] if port else []
     command += ["--baud", str(baud)] if baud else []
     command += [word for fault in faults for word in ("--fault", fault)]
     command += [word for key, value in (settings or {}).items() for word in ("--set", f"{key}={value}")]

@@ -41,6 +41,7 @@ COMMANDS = (
     "bend",
     "testgrid",
     "calibrate",
+    "emulate",
     "rigs",
     "materials",
     "demo",
