@@ -44,7 +44,8 @@ def level_now(machine: GrblMachine) -> float:
     level = machine.power(segment.s)
     if share == "full":
         return level
-    return level * machine.motion.state(machine.now)[1] / segment.programmed
+    scaled = level * machine.motion.state(machine.now)[1] / segment.programmed
+    return min(scaled, machine.settings.get(30, 1000.0))  # clipped at full scale, as a feed override shows
 
 
 def pwm_value(s: float, s_max: float = 1000.0, s_min: float = 0.0) -> int:

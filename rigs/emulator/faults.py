@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigs.emulator.outside import set_power_override, slip, turn_door
+from rigs.emulator.outside import set_overrides, slip, turn_door
 from rigs.errors import ProfileError
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ class Fault:
             slip(machine, self.axis, self.value)
             return False
         elif self.kind == "boost":
-            set_power_override(machine, self.value)
+            set_overrides(machine, power=self.value)
             return False
         else:
             return False

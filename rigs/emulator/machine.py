@@ -3,7 +3,7 @@
 Behaviour follows Grbl 1.1h as measured on running firmware: ``ok`` of a move means planned, ``ok`` of ``M5``
 or ``G4`` means executed, M4 light scales with speed and is off at rest, M3 light stays on at rest, with
 ``$32=0`` the light stays on always, ``!`` darkens, 0x18 in motion alarms, a limit mutes it until 0x18.
-Feed and rapid overrides are ignored, the power override is not.
+Feed, rapid and power overrides act at once; the spindle stop (0x9E) and coolant toggles are ignored.
 """
 
 from __future__ import annotations
@@ -17,15 +17,14 @@ from rigs.emulator.dollar import dollar_line
 from rigs.emulator.faults import Fault
 from rigs.emulator.gcode_words import GrblError, clean_line
 from rigs.emulator.motion import Motion
-from rigs.emulator.outside import set_power_override
+from rigs.emulator.outside import OVERRIDES, turn_override
 from rigs.emulator.parser import Modal, Wait, apply_line
 from rigs.emulator.report import status_report
 from rigs.emulator.trace import Trace
 
 __all__ = ["GrblMachine"]
 
-_REALTIME = frozenset(b"?!~\x18\x84\x99\x9a\x9b\x9c\x9d")
-_POWER_STEPS = {0x9A: 10.0, 0x9B: -10.0, 0x9C: 1.0, 0x9D: -1.0}
+_REALTIME = frozenset(b"?!~\x18\x84") | frozenset(OVERRIDES)
 _EPS = 1e-9
 
 
@@ -58,7 +57,7 @@ class GrblMachine:
         self.lines_seen = 0
         self.mute = False
         self.door_open = False
-        self.power_percent = 100.0
+        self.feed_percent = self.rapid_percent = self.power_percent = 100.0
         self.shift = [0.0] * len(self.config.axes)  # where the axes really are, less what MPos says
         self._timed = list(self.timed)
         self.power_up()
@@ -90,7 +89,7 @@ class GrblMachine:
         self.mute = False
         self.reports = 0
         self.restored: float | None = None
-        self.power_percent = 100.0
+        self.feed_percent = self.rapid_percent = self.power_percent = 100.0
         self.light()
         self.say("")
         self.say(self.config.banner)
@@ -148,10 +147,8 @@ class GrblMachine:
             self.hold("Hold")
         elif byte == 0x84:
             self.hold("Door")
-        elif byte == 0x99:
-            set_power_override(self, 100.0)
-        elif byte in _POWER_STEPS:
-            set_power_override(self, self.power_percent + _POWER_STEPS[byte])
+        elif byte in OVERRIDES:
+            turn_override(self, byte)
         elif byte == ord("~"):
             self._cycle_start()
 

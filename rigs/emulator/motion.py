@@ -7,6 +7,7 @@ that is what the firmware does with mixed moves.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import deque
 from dataclasses import dataclass, field
@@ -29,6 +30,7 @@ class Segment:
         accel: acceleration, units/s^2.
         junction: largest speed at its start that the corner allows.
         programmed: speed that the feed word asked for (0 for rapids).
+        limit: fastest that the axes allow, units/s; overrides never pass it.
         s: laser power word; ``mode`` 3, 4 or 5 is the laser modal state.
         rapid: True for G0.
         trip: distance at which a limit switch closes, or None.
@@ -45,6 +47,7 @@ class Segment:
     mode: int = 5
     rapid: bool = False
     trip: float | None = None
+    limit: float = math.inf
     junction: float = 0.0
     v_in: float = 0.0
     v_top: float = 0.0
@@ -90,7 +93,7 @@ class Segment:
         """What is left behind ``distance``, entered at ``speed``."""
         return Segment(
             self.point(distance), self.unit, self.length - distance, self.speed, self.accel, self.programmed,
-            self.s, self.mode, self.rapid, None if self.trip is None else self.trip - distance,
+            self.s, self.mode, self.rapid, None if self.trip is None else self.trip - distance, self.limit,
             speed, speed, 0.0, 0.0,
         )  # fmt: skip
 
@@ -181,6 +184,47 @@ class Motion:
             return self.position, 0.0
         distance, speed = self.queue[0].at(now - self.since)
         return self.queue[0].point(distance), speed
+
+    def override(self, now: float, feed: float, rapid: float) -> None:
+        """Feed and rapid overrides: every segment gets its new speed, the one under way brakes or speeds up.
+
+        Args:
+            now: time.
+            feed: share of the programmed speeds.
+            rapid: share of the fastest speeds, for rapids.
+        """
+        if self.moving:
+            self._split(now)
+        for segment in self.queue:
+            asked = segment.limit * rapid if segment.rapid else segment.programmed * feed
+            segment.speed = min(segment.limit, asked)
+        if self.held is not None or not self.queue:
+            return
+        for before, after in itertools.pairwise(self.queue):
+            after.junction = self._corner(before, after)
+        self._brake()
+        self._plan()
+
+    def _brake(self) -> None:
+        """Slow the segments under way down to their speeds, as fast as their acceleration allows."""
+        speed = self.queue[0].v_in
+        braking: list[Segment] = []
+        while self.queue and speed > self.queue[0].speed + _STOP:
+            segment = self.queue.popleft()
+            segment.junction = speed
+            need = (speed**2 - segment.speed**2) / (2.0 * segment.accel)
+            wanted, segment.speed = segment.speed, speed
+            braking.append(segment)
+            if need < segment.length - _STOP:
+                rest = segment.after(need, wanted)
+                rest.speed = wanted
+                segment.length = need
+                self.queue.appendleft(rest)
+                break
+            speed = math.sqrt(max(speed**2 - 2.0 * segment.accel * segment.length, 0.0))
+            if self.queue:
+                self.queue[0].junction = min(self.queue[0].junction, speed)
+        self.queue.extendleft(reversed(braking))
 
     def hold(self, now: float) -> None:
         """Slow down to a stand; the rest of the queue waits."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from rigs.emulator.gcode_words import GrblError, Words, read_words
 from rigs.emulator.motion import Segment
+from rigs.emulator.outside import set_overrides
 
 if TYPE_CHECKING:
     from rigs.emulator.machine import GrblMachine
@@ -112,6 +113,7 @@ def apply_line(machine: GrblMachine, line: str) -> Iterator[Wait]:
         yield Wait(sync=True)
         if groups["stop"] in (2.0, 30.0):
             machine.modal = Modal(modal.axes, s=0.0)
+            set_overrides(machine, feed=100.0, rapid=100.0, power=100.0)
             machine.say("[MSG:Pgm End]")
         else:
             machine.hold("Hold")
@@ -200,7 +202,8 @@ def _move(
     accel = _axis_limit(machine, unit, 120)
     rapid = motion == 0.0
     asked = limit if rapid else (feed * length if machine.modal.inverse_time else feed) / 60.0
-    speed = min(limit, asked)
+    share = machine.rapid_percent if rapid else machine.feed_percent
+    speed = min(limit, asked * share / 100.0)
     steps = max(abs(u) * speed * machine.settings[100 + i] for i, u in enumerate(unit))
     if steps > 1.01 * machine.config.max_step_hz:
         machine.alarm(171)
@@ -209,7 +212,7 @@ def _move(
     machine.motion.add(
         Segment(
             start, unit, length, speed, accel, 0.0 if rapid else asked, machine.modal.s,
-            machine.modal.spindle, rapid, trip,
+            machine.modal.spindle, rapid, trip, limit,
         ),
         machine.now,
     )  # fmt: skip

@@ -28,7 +28,9 @@ def status_report(machine: GrblMachine) -> str:
     if machine.reports % 10 == 0:
         fields.append("WCO:" + ",".join(f"{v:.3f}" for v in machine.wco))
     elif machine.reports % 10 == 1:
-        fields.append(f"Ov:100,100,{machine.power_percent:.0f}")
+        fields.append(
+            f"Ov:{machine.feed_percent:.0f},{machine.rapid_percent:.0f},{machine.power_percent:.0f}"
+        )
     if accessory and (machine.reports % 10 == 1 or names_power):
         fields.append("A:" + accessory)
     machine.reports += 1
