@@ -12,11 +12,11 @@ import numpy as np
 from planner.errors import PlanError
 from planner.fold_plan import Sheet
 from planner.fold_problem import FoldProblem
-from planner.fold_search import Candidate, SearchSettings, axis_angles, cost, folding_order, judge
+from planner.fold_search import Candidate, SearchSettings, axis_angles, cost, judge
 from planner.net import Net
 from planner.placement import place_net
 from planner.plan_on_sheet import SheetFold, fold_on_sheet
-from planner.search_moves import Trial, random_trial
+from planner.search_moves import random_trial
 from planner.substrate import make_sheet
 
 __all__ = ["Finalist", "NetOf", "improve_on_sheet", "on_its_sheet"]
@@ -58,8 +58,7 @@ def on_its_sheet(
     net, axis_rad = net_of(candidate)
     placed = place_net(net, problem.limits, axis_rad)
     sheet = make_sheet(placed, problem.limits)
-    rank = folding_order(candidate.tree, candidate.bias)
-    folded = fold_on_sheet(placed, sheet, problem, without, rank=rank)
+    folded = fold_on_sheet(placed, sheet, problem, without, after=candidate.after)
     weight = cost(folded.result, problem)
     if folded.hold.needed and "held" not in without:
         weight += 1.0  # ``plan_on_sheet`` refuses it: the last resort
@@ -101,12 +100,12 @@ def improve_on_sheet(
         bar = current.cost - temperature * math.log(1.0 - rng.random())
         now = current.candidate
         move = random_trial(
-            Trial(now.layout, now.axis_rad, now.bias), now.tree, current.folded.result, rng, axes,
-            fixed_base=settings.fixed_base, fixed_net=settings.fixed_net,
+            now.trial, now.tree, current.folded.result, rng, axes, fixed_base=settings.fixed_base,
+            fixed_net=settings.fixed_net, own=now.own_limit(problem, now.cost + bar - current.cost),
         )  # fmt: skip
         if move is None:
             continue
-        trial = judge(move.layout, problem, move.axis_rad, bar, move.bias)
+        trial = judge(move.layout, problem, move.axis_rad, bar, move.after, move.own)
         if trial.cost > bar or not math.isfinite(trial.cost):
             continue
         sheets += 1

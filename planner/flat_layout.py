@@ -198,6 +198,16 @@ class FlatLayout:
             return False
         return True
 
+    def exchanged_inside(self, join_edge: int) -> bool:
+        """Take note that a kernel has joined ``join_edge`` in ``arrays``; it cannot be taken back.
+
+        Returns False if the base panel has lost its free side, or the room for a tab that it had.
+        """
+        self._history.clear()
+        if self.graph.flat[join_edge]:
+            self._find_outline()
+        return (not self._held or self.free_edges() > 0) and (not self._roomy or self.tab_has_room())
+
     def undo(self) -> None:
         """Take the last exchange back, exactly (up to 64 of them).
 

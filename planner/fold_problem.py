@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +14,9 @@ from planner.fold_plan import MachineLimits
 from planner.goal_mesh import GoalMesh
 from planner.insets import is_sharp, plain_insets
 from planner.kinematics import rigid_fit
+
+if TYPE_CHECKING:
+    from planner.own_sight import OwnSight
 
 __all__ = [
     "CONTACT_MARGIN_RAD", "RULES", "FlatTree", "FoldProblem", "FoldResult", "bounding_spheres", "hinge_lines",
@@ -152,6 +157,13 @@ class FoldProblem:
             [_corner_shares(self.corners_3d, insets), _corner_shares(self.corners_3d, mid_insets)], axis=1
         )
 
+    @cached_property
+    def own_sight(self) -> OwnSight | None:
+        """What hides creases that it hangs on, for the search; None if that is no rule, or too much."""
+        from planner.own_sight import MOST_FACES, OwnSight
+
+        return OwnSight(self) if self.use_sight and len(self.goal.faces) <= MOST_FACES else None
+
     def solids(self, tree: FlatTree) -> NDArray[np.float64]:
         """(F, 12, 3) corners of every face in the flat sheet: prism, inset triangle, full triangle."""
         half = 0.5 * self.limits.thickness
@@ -202,6 +214,7 @@ class FoldProblem:
         *,
         obstacles: NDArray[np.float64] | None = None,
         rank: NDArray[np.int64] | None = None,
+        after: NDArray[np.int64] | None = None,
         give_up: float = np.inf,
     ) -> FoldResult:
         """Fold ``tree`` as far as it goes.
@@ -210,6 +223,7 @@ class FoldProblem:
             tree: the flat net, overlap-free.
             obstacles: (M, 12, 3) solids that stand still in the sheet plane and must not be touched.
             rank: (F,) faces in the order in which they are tried; deepest first if not given.
+            after: (F,) for each face another whose crease is to be folded before, -1: none; a wish only.
             give_up: stop early once what is conceded costs about this much; the result is then unfinished.
         """
         from planner._kernels.plan_kernels import fold_greedily
@@ -231,7 +245,8 @@ class FoldProblem:
         hinges, lengths = hinge_lines(tree)
         steps, reached, cause, blocker, stopped_at = fold_greedily(
             tree.parent, preorder, first, last, hinges, lengths, tree.target,
-            np.ascontiguousarray(tree.order[::-1]) if rank is None else rank, levers,
+            np.ascontiguousarray(tree.order[::-1]) if rank is None else rank,
+            np.full(count, -1) if after is None else after, levers,
             solids, centres, radii, sharp, np.ones(len(solids), np.bool_), np.ones(len(solids), np.bool_),
             panel_numbers(tree, len(solids)), count,
             self.rotary, self.fine, self.grazes, float(tree.axis[0]), float(tree.axis[1]), self.head(tree),

@@ -7,6 +7,8 @@ path between the faces that witness a failure and join the two parts elsewhere, 
 from __future__ import annotations
 
 import math
+import os
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -19,19 +21,44 @@ from numpy.typing import NDArray
 from planner.flat_layout import FlatLayout
 from planner.fold_problem import FlatTree, FoldProblem, FoldResult
 from planner.frame_strip import frame_strip
-from planner.search_moves import Trial, random_trial
+from planner.search_moves import OwnLimit, Trial, random_trial
 
 __all__ = [
-    "Candidate", "SearchSettings", "axis_angles", "cost", "done", "flat_tree", "folding_order", "improve",
-    "judge", "search",
+    "Candidate", "SearchSettings", "axis_angles", "cost", "done", "flat_tree", "improve",
+    "judge", "processors", "search",
 ]  # fmt: skip
 
 KEPT, LINE = 5, 2
 """Good nets that are handed on since the sheet may not suit the best one: in all, and of each chain, whose
 last nets differ little on the sheet."""
 
+SEED_STEP = 7919
+"""Distance between the seeds of the chains."""
+
+BEST_KEPT = 2
+"""Nets from which the chains go on in the end."""
+
 WARM, COLD = 0.01, 2e-4
 """Temperatures between which the annealing cools down, in cost."""
+
+MOST_OWN_MOVES, OWN_WORK = 20_000, 2_000_000
+"""Changes of each starting net that are judged by ``OwnSight`` alone: the work over the number of faces, but
+not more than the limit."""
+
+STARTS_SHARE, ROUNDS_SHARE = 0.15, 0.65
+"""Where there is a deadline: share of the time for the starting nets at most, and when the chains are through
+with starting afresh. Then each goes on from one of the best nets of all."""
+
+ROUND_NETS, MOST_ROUNDS = 2500, 6
+"""Nets that a chain is to fold before it starts afresh, and how often it does so at most. Where the time is
+too short to do so twice, one annealing takes all of it."""
+
+REHEAT = 0.3
+"""That last annealing starts colder by this factor."""
+
+OWN_SLACK = 0.5
+"""A net is not folded if by ``OwnSight`` it cannot be taken up, unless it may fold better otherwise by this
+share of what is missing for other reasons."""
 
 AXIS_DIRECTIONS = 8
 """Directions of the rotary axis in the net that are tried, over half a turn."""
@@ -48,8 +75,9 @@ class SearchSettings:
         fixed_base: keep the base faces of the starting nets.
         fixed_net: keep the whole starting nets; only the axis and the order of folding change.
         deadline: ``time.monotonic()`` at which the search stops with what it has; until then it anneals in
-            rounds, the last of which cools down in time. Such a search depends on the machine. None: one
+            rounds, each of which cools down in its time. Such a search depends on the machine. None: one
             round, and the result depends on the input and seed only.
+        warm: temperature at which an annealing starts, in cost.
     """
 
     chains: int
@@ -58,6 +86,7 @@ class SearchSettings:
     fixed_base: bool = False
     fixed_net: bool = False
     deadline: float | None = None
+    warm: float = WARM
 
     @property
     def late(self) -> bool:
@@ -82,7 +111,8 @@ class Candidate:
         tree: the net as plain arrays.
         result: what the greedy planner reached.
         cost: what the search makes small; infinite if the sheet does not fit the machine.
-        bias: (F,) levels by which a face is tried earlier than its depth says; None: none.
+        after: (F,) for each face another whose crease is to be folded before, -1: none; None: none at all.
+        own: the part of the cost that ``OwnSight`` sees; 0 if nobody asked.
     """
 
     layout: FlatLayout
@@ -90,7 +120,20 @@ class Candidate:
     tree: FlatTree
     result: FoldResult
     cost: float
-    bias: NDArray[np.float64] | None = None
+    after: NDArray[np.int64] | None = None
+    own: float = 0.0
+
+    @property
+    def trial(self) -> Trial:
+        """What was judged."""
+        return Trial(self.layout, self.axis_rad, self.after, self.own)
+
+    def own_limit(self, problem: FoldProblem, bar: float) -> OwnLimit | None:
+        """What ``OwnSight`` must say of a net that may cost up to ``bar`` in place of this one."""
+        sight = problem.own_sight
+        if sight is None:
+            return None
+        return OwnLimit(sight, self.own + (bar - self.cost) + OWN_SLACK * max(0.0, self.cost - self.own))
 
 
 def flat_tree(layout: FlatLayout, axis_rad: float) -> FlatTree:
@@ -122,28 +165,21 @@ def judge(
     problem: FoldProblem,
     axis_rad: float,
     give_up: float = math.inf,
-    bias: NDArray[np.float64] | None = None,
+    after: NDArray[np.int64] | None = None,
+    own: float | None = None,
 ) -> Candidate:
     """Fold ``layout`` inside the clamped frame and weigh what comes out, see ``cost``.
 
     A net whose cost is about to exceed ``give_up`` is not folded to the end; what it costs then is a bound.
+    ``own`` is what ``OwnSight`` says of it, if that is known already.
     """
     tree = flat_tree(layout, axis_rad)
-    rank = folding_order(tree, bias)
     frame = frame_strip(tree, problem.limits) if problem.use_substrate else None
-    result = problem.fold(tree, obstacles=frame, give_up=give_up, rank=rank)
+    result = problem.fold(tree, obstacles=frame, give_up=give_up, after=after)
     weight = cost(result, problem) if fits(tree, problem) else math.inf
-    return Candidate(layout, axis_rad, tree, result, weight, bias)
-
-
-def folding_order(tree: FlatTree, bias: NDArray[np.float64] | None) -> NDArray[np.int64] | None:
-    """(F,) faces in the order in which they are tried: deepest first, shifted by ``bias``; None without."""
-    if bias is None:
-        return None
-    depth = np.zeros(len(tree.parent))
-    for face in tree.order[1:].tolist():
-        depth[face] = depth[tree.parent[face]] + 1.0
-    return np.argsort(-(depth + bias), kind="stable")
+    if own is None:
+        own = 0.0 if problem.own_sight is None else problem.own_sight.cost(layout, axis_rad)[0]
+    return Candidate(layout, axis_rad, tree, result, weight, after, own)
 
 
 def cost(result: FoldResult, problem: FoldProblem) -> float:
@@ -190,50 +226,95 @@ def search(
         The starting nets as judged and what became of the improved ones, sorted by cost; never empty.
     """
     tell = on_progress or (lambda _share, _words: None)
+    began = time.monotonic()
     total = len(layouts) + settings.chains * settings.evaluations
-    axes = axis_angles(problem)
-    found: list[Candidate] = []
-    for number, layout in enumerate(layouts):
-        if found and (settings.late or (len(found) >= KEPT and done(found[KEPT - 1]))):
-            break
-        both = (judge(layout, problem, axis) for axis in (axes[0], axes[len(axes) // 2]))
-        found.append(min(both, key=_by_cost))
-        found.sort(key=_by_cost)
-        tell(number / total, f"net {number + 1} of {len(layouts)}: {found[0].result.completion:.1%} folded")
+    found = _judged(layouts, problem, settings, lambda k, words: tell(k / total, words))
     if done(found[0]) or settings.late or settings.evaluations == 0:
         return found
     stop = threading.Event()
     shares = [0.0] * settings.chains
-    began = time.monotonic()
-    heads = settings.chains
+    annealing = time.monotonic()
+    lines: list[list[Candidate]] = [[] for _ in range(settings.chains)]
+    rounds = 1
+    if settings.deadline is not None:
+        judge(found[0].layout, problem, found[0].axis_rad)
+        one = (time.monotonic() - annealing) * settings.chains / min(settings.chains, processors())
+        rounds = int(ROUNDS_SHARE * (settings.deadline - annealing) / (ROUND_NETS * max(1e-4, one)))
+        rounds = max(1, min(MOST_ROUNDS, rounds))
 
-    def chain(number: int) -> list[Candidate]:
-        def report(step: int, best: Candidate) -> None:
-            if settings.deadline is None:
-                shares[number] = step / settings.evaluations
+    def report(number: int, step: int, best: Candidate) -> None:
+        shares[number] = step / settings.evaluations
+        share = (len(layouts) + sum(shares) * settings.evaluations) / total
+        if settings.deadline is not None:
+            share = (time.monotonic() - began) / max(1e-9, settings.deadline - began)
+        tell(share, f"improving the net: {best.result.completion:.1%} folded")
+
+    def anneal(number: int, start: Candidate, now: SearchSettings) -> None:
+        made = improve(start, problem, now, lambda step, best: report(number, step, best), stop)
+        lines[number] = sorted([*made, *lines[number]], key=_by_cost)[:KEPT]
+
+    def chain(number: int) -> None:
+        if settings.deadline is None:
+            now = replace(settings, seed=settings.seed + SEED_STEP * number)
+            return anneal(number, found[number % len(found)], now)
+        for turn in range(rounds + 1 if rounds > 1 else 1):
+            if stop.is_set() or settings.late or any(line and done(line[0]) for line in lines):
+                return None
+            which = number + turn * settings.chains
+            share, warm, start = 1.0, REHEAT * settings.warm, found[which % len(found)]
+            if turn < rounds:
+                share = ROUNDS_SHARE * (turn + 1) / rounds if rounds > 1 else 1.0
+                warm = settings.warm
             else:
-                shares[number] = (time.monotonic() - began) / max(1e-9, settings.deadline - began)
-            share = (len(layouts) + sum(shares) * settings.evaluations) / total
-            tell(share, f"improving the net: {best.result.completion:.1%} folded")
-
-        line: list[Candidate] = []
-        turn = 0
-        while True:
-            # later rounds start from the best, or from the next of the starting nets
-            start = line[0] if turn % 2 else found[(number + turn * heads) % len(found)]
-            seed = settings.seed + 7919 * (number + turn * heads)
-            line = sorted([*improve(start, problem, replace(settings, seed=seed), report, stop), *line],
-                          key=_by_cost)[:KEPT]  # fmt: skip
-            turn += 1
-            if settings.deadline is None or settings.late or stop.is_set() or done(line[0]):
-                return line
+                tops = sorted((line[0] for line in lines if line), key=_by_cost)
+                start = tops[number % min(len(tops), BEST_KEPT)]
+            anneal(number, start, replace(
+                settings, seed=settings.seed + SEED_STEP * which, warm=warm, evaluations=sys.maxsize,
+                deadline=annealing + share * (settings.deadline - annealing),
+            ))  # fmt: skip
+        return None
 
     with ThreadPoolExecutor(settings.chains) as pool:  # the fold planner runs without the interpreter lock
         try:
-            improved = list(pool.map(chain, range(heads)))
+            list(pool.map(chain, range(settings.chains)))
         finally:
             stop.set()
-    return sorted([*(candidate for line in improved for candidate in line), *found], key=_by_cost)
+    return sorted([*(candidate for line in lines for candidate in line), *found], key=_by_cost)
+
+
+def processors() -> int:
+    """How many processors this process may use."""
+    usable = getattr(os, "sched_getaffinity", None)
+    return len(usable(0)) if usable else os.cpu_count() or 1
+
+
+def _judged(
+    layouts: list[FlatLayout],
+    problem: FoldProblem,
+    settings: SearchSettings,
+    on_net: Callable[[int, str], None],
+) -> list[Candidate]:
+    """The starting nets as they are, and what ``OwnSight`` makes of each, sorted by cost."""
+    axes = axis_angles(problem)
+    moves = min(MOST_OWN_MOVES, OWN_WORK // len(problem.goal.faces))
+    found: list[Candidate] = []
+    began = time.monotonic()
+    for number, layout in enumerate(layouts):
+        enough = settings.deadline is not None and settings.share(0.0, began) > STARTS_SHARE
+        if found and (enough or (len(found) >= KEPT and done(found[KEPT - 1]))):
+            break
+        both = (judge(layout, problem, axis) for axis in (axes[0], axes[len(axes) // 2]))
+        start = min(both, key=_by_cost)
+        found.append(start)
+        if problem.own_sight is not None and not done(start):
+            rng = np.random.default_rng((settings.seed, number))
+            made = problem.own_sight.anneal(
+                layout, start.axis_rad, moves, rng, fixed_base=settings.fixed_base
+            )
+            found.append(judge(made.layout, problem, made.axis_rad, own=made.cost))
+        found.sort(key=_by_cost)
+        on_net(number, f"net {number + 1} of {len(layouts)}: {found[0].result.completion:.1%} folded")
+    return found
 
 
 def _by_cost(candidate: Candidate) -> float:
@@ -268,17 +349,18 @@ def improve(
     for step in range(settings.evaluations):
         if done(best) or settings.late or (stop is not None and stop.is_set()):
             break
-        temperature = WARM * (COLD / WARM) ** settings.share(step / max(1, settings.evaluations - 1), began)
+        temperature = settings.warm * (COLD / settings.warm) ** settings.share(
+            step / max(1, settings.evaluations - 1), began
+        )
         # the cost that would still be accepted, drawn beforehand so that hopeless nets can be given up
         bar = current.cost - temperature * math.log(1.0 - rng.random())
-        now = Trial(current.layout, current.axis_rad, current.bias)
         move = random_trial(
-            now, current.tree, current.result, rng, axes,
-            fixed_base=settings.fixed_base, fixed_net=settings.fixed_net,
+            current.trial, current.tree, current.result, rng, axes, fixed_base=settings.fixed_base,
+            fixed_net=settings.fixed_net, own=current.own_limit(problem, bar),
         )  # fmt: skip
         if move is None:
             continue
-        trial = judge(move.layout, problem, move.axis_rad, bar, move.bias)
+        trial = judge(move.layout, problem, move.axis_rad, bar, move.after, move.own)
         if trial.cost <= bar and math.isfinite(trial.cost):
             current = trial
         if trial.cost < best.cost:

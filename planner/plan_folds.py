@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import sys
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator
@@ -31,6 +30,7 @@ from planner.fold_search import (
     done,
     improve,
     judge,
+    processors,
     search,
 )
 from planner.insets import edge_insets
@@ -57,8 +57,8 @@ SHEETS = 60
 SEARCH_SHARE = 0.75
 """Share of the time that is given which goes to the search without the sheet; the rest to that with it."""
 
-LEAST_CHAINS, ROUND = 2, 2
-"""Where time is given: chains on fewer processors, and how many times more nets a round of a chain tries."""
+LEAST_CHAINS = 2
+"""Where time is given: chains on fewer processors."""
 
 ORDERS_SHARE = 8
 """Where the net is given, axes and orders are tried this many times less often than nets otherwise."""
@@ -108,7 +108,7 @@ def plan_folds(
     further = replace(settings, evaluations=_evaluations(net), fixed_net=keep_net)
     most_sheets = SHEETS
     if budget_s is not None:
-        began, chains = time.monotonic(), max(LEAST_CHAINS, _processors())
+        began, chains = time.monotonic(), max(LEAST_CHAINS, processors())
         settings = replace(settings, chains=chains, deadline=began + SEARCH_SHARE * budget_s)
         further = replace(further, evaluations=sys.maxsize, deadline=began + budget_s)
         most_sheets = sys.maxsize
@@ -220,8 +220,7 @@ def _nets_to_fold(
         found = [start] if done(start) else improve(start, problem, orders)
     else:
         starts = _starts(graph, net.base_face, settings.fixed_base, settings.seed)
-        rounds = 1 if settings.deadline is None else ROUND
-        further = replace(settings, evaluations=rounds * evaluations)
+        further = replace(settings, evaluations=evaluations)
         found = search([given, *(start.layout for start in starts)], problem, further, tell)
         if not settings.fixed_base:
             costs = {id(candidate.layout): candidate.cost for candidate in found}
@@ -234,12 +233,6 @@ def _nets_to_fold(
             "the time budget ended the search, so another run may give another plan; a larger --budget helps",
         )
     return found[: 3 * FINALISTS], trials, notices
-
-
-def _processors() -> int:
-    """How many processors this process may use."""
-    usable = getattr(os, "sched_getaffinity", None)
-    return len(usable(0)) if usable else os.cpu_count() or 1
 
 
 def _evaluations(net: Net) -> int:

@@ -107,7 +107,7 @@ def fold_on_sheet(
     problem: FoldProblem,
     without: Collection[str],
     tree: FlatTree | None = None,
-    rank: NDArray[np.int64] | None = None,
+    after: NDArray[np.int64] | None = None,
 ) -> SheetFold:
     """Fold the placed net around the frame and whatever has to stay so that the base is held.
 
@@ -117,7 +117,7 @@ def fold_on_sheet(
         problem: goal, limits and rules.
         without: rules that are switched off.
         tree: the net as arrays, if other angles than the goal's are wanted.
-        rank: (F,) faces in the order in which they are tried; deepest first if not given.
+        after: (F,) for each face another whose crease is to be folded before, see ``FoldProblem.fold``.
 
     Raises:
         PlanError: if no free edge of the base panel has sheet beside it.
@@ -127,7 +127,7 @@ def fold_on_sheet(
     bodies = sheet_solids(sheet, problem.limits.thickness)
     kept = np.flatnonzero(sheet.frame_faces)
     for _ in range(3):
-        result = problem.fold(tree, obstacles=bodies[kept] if sweeps_sheet else None, rank=rank)
+        result = problem.fold(tree, obstacles=bodies[kept] if sweeps_sheet else None, after=after)
         hits = sheet_hits(tree, result, problem, bodies) if sweeps_sheet else {}
         swept = frozenset(hits) - frozenset(kept.tolist())
         check = partial(stays_clear, tree=tree, result=result, problem=problem) if sweeps_sheet else None

@@ -3,24 +3,32 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.flat_layout import FlatLayout
 from planner.fold_problem import FlatTree, FoldResult
+from planner.own_sight import OwnSight
 
-__all__ = ["Trial", "random_trial"]
+__all__ = ["OwnLimit", "Trial", "random_trial"]
 
-AXIS_SHARE, BASE_SHARE, ORDER_SHARE, ANYWHERE_SHARE = 0.1, 0.1, 0.02, 0.13
+AXIS_SHARE, BASE_SHARE, ORDER_SHARE, ANYWHERE_SHARE = 0.1, 0.1, 0.12, 0.13
 """Shares of the moves that turn the rotary axis, take another base face, fold in another order, or exchange a
 crease anywhere instead of between two faces that block each other."""
+
+DROP_SHARE = 0.3
+"""Share of the moves of the order that drop a wish."""
 
 AXIS_STEP_RAD = 0.2
 """Typical turn of the rotary axis in a small move."""
 
 CUTS_TRIED, JOINS_TRIED = 3, 12
+
+OWN_TRIES, OTHER_TRIES = 60, 8
+"""Exchanges, and other moves, that are tried until one is within the limit of ``OwnSight``."""
 
 EASY_FOLD_RAD, SHARP_FOLD_RAD = math.radians(50.0), math.radians(25.0)
 """Folds up to the first angle are all alike; sharper ones are joined e times less often for each second."""
@@ -33,12 +41,27 @@ class Trial:
     Attributes:
         layout: the net.
         axis_rad: direction of the rotary axis, from the base face's side from corner 0 to corner 1.
-        bias: (F,) levels by which a face is tried earlier than its depth says; None: none.
+        after: (F,) for each face another whose crease is to be folded before, -1: none; None: none at all.
+        own: cost of the net as ``OwnSight`` sees it; 0 if nobody asked.
     """
 
     layout: FlatLayout
     axis_rad: float
-    bias: NDArray[np.float64] | None
+    after: NDArray[np.int64] | None
+    own: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class OwnLimit:
+    """What ``OwnSight`` must say of the next net: nets that are beyond it are not worth a plan.
+
+    Attributes:
+        sight: the table.
+        cost: largest cost.
+    """
+
+    sight: OwnSight
+    cost: float
 
 
 def random_trial(
@@ -50,6 +73,7 @@ def random_trial(
     *,
     fixed_base: bool,
     fixed_net: bool = False,
+    own: OwnLimit | None = None,
 ) -> Trial | None:
     """One random change of ``now``, driven by what did not fold; None if none was possible.
 
@@ -61,18 +85,17 @@ def random_trial(
         axes: directions of the rotary axis to jump to.
         fixed_base: keep the base face.
         fixed_net: keep the whole net; only the axis and the order change.
+        own: nets beyond it are passed over; None: no limit.
     """
     kind = rng.random()
     if fixed_net:
         kind *= AXIS_SHARE + ORDER_SHARE
         kind += BASE_SHARE if kind >= AXIS_SHARE else 0.0
     if kind < AXIS_SHARE:
-        jump = rng.random() < 0.4
-        angle = axes[int(rng.integers(len(axes)))] if jump else now.axis_rad + AXIS_STEP_RAD * rng.normal()
-        return Trial(now.layout, float(angle), now.bias)
+        return _within(lambda: _other_axis(now, axes, rng), own)
     kind -= AXIS_SHARE
     if kind < BASE_SHARE and not (fixed_base or fixed_net):
-        return _other_base(now, rng)
+        return _within(lambda: _other_base(now, rng), own)
     missing = np.abs(tree.target) - np.minimum(np.abs(result.reached), np.abs(tree.target))
     failed = np.flatnonzero((result.cause != 0) & (missing > 1e-9))
     if len(failed) == 0:
@@ -86,7 +109,27 @@ def random_trial(
     if kind < ORDER_SHARE:
         return _other_order(now, face, other, rng)
     kind -= ORDER_SHARE
-    return _exchange(now, face, other, rng, anywhere=kind < ANYWHERE_SHARE)
+    return _exchange(now, face, other, rng, anywhere=kind < ANYWHERE_SHARE, own=own)
+
+
+def _within(make: Callable[[], Trial | None], own: OwnLimit | None) -> Trial | None:
+    """The first trial made that is within the limit; None if none of a few is."""
+    if own is None:
+        return make()
+    for _ in range(OTHER_TRIES):
+        trial = make()
+        if trial is not None:
+            cost, _ = own.sight.cost(trial.layout, trial.axis_rad)
+            if cost <= own.cost:
+                return replace(trial, own=cost)
+    return None
+
+
+def _other_axis(now: Trial, axes: list[float], rng: np.random.Generator) -> Trial:
+    """The rotary axis in another direction, near by or one of ``axes``."""
+    jump = rng.random() < 0.4
+    angle = axes[int(rng.integers(len(axes)))] if jump else now.axis_rad + AXIS_STEP_RAD * rng.normal()
+    return Trial(now.layout, float(angle), now.after)
 
 
 def _other_base(now: Trial, rng: np.random.Generator) -> Trial | None:
@@ -99,7 +142,7 @@ def _other_base(now: Trial, rng: np.random.Generator) -> Trial | None:
     near = rng.random() < 0.5 and len(beside) > 0
     layout.set_base(int(rng.choice(beside)) if near else int(rng.integers(len(layout.parent))))
     axis_rad = now.axis_rad + before - _heading(layout)  # it stays where it is in the net
-    return Trial(layout, axis_rad, now.bias) if layout.free_edges() > 0 else None
+    return Trial(layout, axis_rad, now.after) if layout.free_edges() > 0 else None
 
 
 def _heading(layout: FlatLayout) -> float:
@@ -108,32 +151,52 @@ def _heading(layout: FlatLayout) -> float:
     return math.atan2(end[1] - start[1], end[0] - start[0])
 
 
-def _other_order(now: Trial, face: int, other: int, rng: np.random.Generator) -> Trial:
-    """A failed face, the one that blocks it or any one is tried earlier or later."""
-    count = len(now.layout.parent)
-    bias = np.zeros(count) if now.bias is None else now.bias.copy()
-    pick = rng.random()
-    who = face if pick < 0.4 else other if pick < 0.8 else int(rng.integers(count))
-    bias[who] += 0.5 * float(now.layout.depth.max()) * rng.normal()
-    return Trial(now.layout, now.axis_rad, bias)
+def _other_order(now: Trial, face: int, other: int, rng: np.random.Generator) -> Trial | None:
+    """What blocks a failed face is folded after it; or one such wish is dropped."""
+    layout = now.layout
+    after = np.full(len(layout.parent), -1) if now.after is None else now.after.copy()
+    wishes = np.flatnonzero(after >= 0)
+    if len(wishes) and rng.random() < DROP_SHARE:
+        after[rng.choice(wishes)] = -1
+        return replace(now, after=after)
+    # the creases that move what blocks it, but not the face itself
+    above, up = set(), face
+    while up >= 0:
+        above.add(up)
+        up = int(layout.parent[up])
+    movers = []
+    while other not in above:
+        movers.append(other)
+        other = int(layout.parent[other])
+    if not movers or other == face:
+        return None  # what hangs on the face turns before it in any case
+    after[rng.choice(movers)] = face
+    return replace(now, after=after)
 
 
-def _exchange(now: Trial, face: int, other: int, rng: np.random.Generator, *, anywhere: bool) -> Trial | None:
+def _exchange(
+    now: Trial, face: int, other: int, rng: np.random.Generator, *, anywhere: bool, own: OwnLimit | None
+) -> Trial | None:
     """A crease on the way between two faces is cut, and the parts are joined at another edge."""
     layout = now.layout.copy()
-    own = int(layout.crease[face])
-    path = [own, own]
+    crease = int(layout.crease[face])
+    path = [crease, crease]
     if anywhere:
         path = np.flatnonzero(layout.tree).tolist()
     elif other != face:
-        path = [own, *layout.path(face, other).tolist()]
+        path = [crease, *layout.path(face, other).tolist()]
     cuttable = [edge for edge in path if not layout.graph.flat[edge]]
+    if own is not None:
+        cost = own.sight.exchange(
+            layout, now.axis_rad, np.array(cuttable, dtype=np.int64), own.cost, OWN_TRIES, rng
+        )
+        return None if cost is None else Trial(layout, now.axis_rad, now.after, cost)
     rng.shuffle(cuttable)
     for cut in cuttable[:CUTS_TRIED]:
         joins = layout.joinable(cut)
         for join in _gentle_first(joins[joins != cut], layout, rng)[:JOINS_TRIED].tolist():
             if layout.exchange(cut, join):
-                return Trial(layout, now.axis_rad, now.bias)
+                return Trial(layout, now.axis_rad, now.after)
     return None
 
 

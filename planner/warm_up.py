@@ -84,13 +84,17 @@ def compile_net_kernels() -> None:
     from planner.blooming_trees import blooming_tree
     from planner.dual_graph import DualGraph
     from planner.flat_layout import FlatLayout
+    from planner.fold_plan import MachineLimits
+    from planner.fold_problem import FoldProblem
     from planner.goal_mesh import GoalMesh
     from planner.nearly_blooming import restore
     from planner.no_goods import PathFinder
+    from planner.own_sight import OwnSight
 
     points = np.array([[0.0, 0.0, 0.0], [20.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 20.0]])
     faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
-    graph = DualGraph(GoalMesh(points, faces, "tetrahedron"))
+    goal = GoalMesh(points, faces, "tetrahedron")
+    graph = DualGraph(goal)
     layout = FlatLayout(graph, blooming_tree(graph, 0), 0)
     pairs = np.zeros((4, 2), dtype=np.int64)
     search_kernels.search(layout.arrays, layout.outline, pairs, 0, np.ones(1, dtype=np.uint64), 1, 1)
@@ -102,6 +106,11 @@ def compile_net_kernels() -> None:
     PathFinder(graph).short(2, 10)
     restore(layout, layout.tree, False)
     packed_paths(layout.arrays, pairs, 0)
+    table = OwnSight(FoldProblem(goal, np.full((4, 3), 0.1), MachineLimits()))
+    rng = np.random.default_rng(0)
+    table.cost(layout, 0.0)
+    table.exchange(layout.copy(), 0.0, np.flatnonzero(layout.tree), 1.0, 1, rng)
+    table.anneal(layout, 0.0, 1, rng)
 
 
 def compile_fold_kernels() -> None:
@@ -136,15 +145,17 @@ def _load_kernels() -> None:
         net_kernels,
         no_good_kernels,
         overlap_kernels,
+        own_sight_kernels,
         plan_kernels,
         restore_kernels,
         search_kernels,
+        shadow_kernels,
         tree_kernels,
         view_kernels,
     )
 
-    del base_kernels, nb_kernels, net_kernels, no_good_kernels, overlap_kernels, plan_kernels, restore_kernels
-    del search_kernels, tree_kernels, view_kernels
+    del base_kernels, nb_kernels, net_kernels, no_good_kernels, overlap_kernels, own_sight_kernels
+    del plan_kernels, restore_kernels, search_kernels, shadow_kernels, tree_kernels, view_kernels
 
 
 @contextmanager

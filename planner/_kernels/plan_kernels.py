@@ -75,7 +75,7 @@ def add_step(steps, used, kind, which, angle):  # type: ignore[no-untyped-def]
 
 @entry
 def fold_greedily(  # type: ignore[no-untyped-def]
-    parent, preorder, first, last, hinges, lengths, target, rank, lever,
+    parent, preorder, first, last, hinges, lengths, target, rank, after, lever,
     solids, centres, radii, sharp, present, flat, panel, faces,
     rotary, fine, grazes, ex, ey, head, hidden_max, margin, use_contact, use_sight, retry, give_up, size,
 ):  # fmt: skip
@@ -89,6 +89,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         lengths: (n,) lengths of the creases.
         target: (n,) wanted signed angle; 0 for the base and for flat joints.
         rank: (n,) faces in the order in which they are tried.
+        after: (n,) the face whose crease is to be folded first, -1: none; kept as long as anything else can fold.
         lever: (n,) what one radian missing at this crease costs.
         solids, centres, radii, sharp, present, flat: as in ``turn_contact``; net faces first, obstacles behind.
             ``solids``, ``centres`` and ``flat`` are changed in place to the end of the plan.
@@ -165,12 +166,19 @@ def fold_greedily(  # type: ignore[no-untyped-def]
             done[f] = True
             waiting[parent[f]] -= 1
 
+    later, hurry = np.full(n, -1, np.int64), False
+    for f in range(n):
+        a = after[f]
+        # what hangs on a crease cannot wait for it
+        if a >= 0 and parent[a] >= 0 and not first[a] <= first[f] < last[a]:
+            later[f] = a
+
     best_face: Any  # a number of one width from the start: else turn_contact is compiled for two
     best_option: Any
     reach_out = np.zeros(2)
     while True:
         best_face, best_option, best_loss = np.int64(-1), np.int64(-1), np.inf
-        progressed = False
+        progressed, held = False, False
         for attempt in range(options + 1):
             # the option now in force first, then the others in the order of preference from its side
             if attempt == 0:
@@ -192,6 +200,9 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                     if done[f] and not (retry and conceded[f]):
                         continue
                     if waiting[f] > 0 or (target[f] > 0.0) != (r < half_options):
+                        continue
+                    if later[f] >= 0 and not done[later[f]] and not hurry:
+                        held = True
                         continue
                     wanted = abs(target[f] - angle[f])
                     sign = 1.0 if target[f] > 0.0 else -1.0
@@ -277,7 +288,8 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                 best_face, best_loss = np.int64(-1), np.inf
             if progressed:
                 break
-        if progressed:
+        if progressed or (held and not hurry):
+            hurry = not progressed
             continue
         if best_face < 0:
             break

@@ -1,0 +1,193 @@
+"""What every face hides of every crease that it hangs on: nets are bounded, and changed, by looking it up.
+
+A turning part is what a beam is blocked by most. Outside-in folding turns a crease when all that hangs on it
+stands as it will in the end, so what one face hides of one crease depends on these two and on the rotary
+axis only: a table for each goal holds it for all nets. The bound takes microseconds, a whole plan takes
+milliseconds, and most nets fail by it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.dual_graph import DualGraph
+from planner.flat_layout import LEAST_TAB_EDGE_MM, FlatLayout
+
+if TYPE_CHECKING:
+    from planner.fold_problem import FoldProblem
+
+__all__ = ["MOST_FACES", "OwnNet", "OwnSight"]
+
+MOST_FACES = 600
+"""Goals with more faces get no table: its time and size grow with the square of their number."""
+
+FRACTIONS = (0.0, 0.08, 0.16, 0.25, 0.34, 0.43, 0.52, 0.6, 0.68, 0.76, 0.83, 0.89, 0.94, 0.97, 0.99, 1.0)
+"""Shares of the goal angle at which is looked, denser to the end: a slit that closes is lost there."""
+
+TILT_SHARES = (0.0, 0.18, -0.18, 0.38, -0.38, 0.6, -0.6, 0.8, -0.8, 0.9, 1.0, -1.0)
+"""Tilts under which is looked, as shares of the limit."""
+
+HEADINGS = 24
+"""Directions of the rotary axis, over half a turn, for which the table holds."""
+
+WARM, COLD = 0.02, 3e-4
+"""Temperatures between which ``OwnSight.anneal`` cools down, in cost."""
+
+
+@dataclass(frozen=True, eq=False)
+class OwnNet:
+    """A net from ``OwnSight.anneal``.
+
+    Attributes:
+        layout: overlap-free.
+        axis_rad: direction of the rotary axis, from the base face's side from corner 0 to corner 1.
+        cost: see ``OwnSight.cost``.
+    """
+
+    layout: FlatLayout
+    axis_rad: float
+    cost: float
+
+
+class OwnSight:
+    """The table of one goal under given limits.
+
+    Light from one point is taken as parallel, a face at a time is looked at, and what hangs on a crease is
+    taken to be folded wholly: the costs are estimates.
+
+    Attributes:
+        table: (D, F) row of the bits of each face (-1: it hides nothing) for each of the D = 2 M creases, an
+            edge with either of its faces as the child; (R, HEADINGS, words) bits of these rows, set where the
+            crease is hidden, see ``shadow_kernels``; the same of the leaning child, (D, HEADINGS, words);
+            (D,) goal angles; ``FRACTIONS``; (D, 3, 3) start, direction and parent normal of the creases;
+            (F, 3) centroids and (F,) areas of the faces; (D,) lengths; figures of the cost.
+    """
+
+    def __init__(self, problem: FoldProblem) -> None:
+        """Work the table out: about a second of processor time at 128 faces, growing with their square."""
+        from planner._kernels.shadow_kernels import hidden_bits, hiding_pairs
+        from planner.fold_problem import SAFE_LOAD, SIGHT_RESERVE
+
+        goal, limits = problem.goal, problem.limits
+        graph = DualGraph(goal)
+        corners = np.ascontiguousarray(problem.corners_3d)
+        child, slot, parent = graph.faces.ravel(), graph.slots.ravel(), graph.faces[:, ::-1].ravel()
+        start = corners[child, slot]
+        along = corners[child, (slot + 1) % 3] - start
+        lengths = np.linalg.norm(along, axis=1)
+        creases = np.stack([start, along / lengths[:, None], goal.face_normals[parent]], axis=1)
+        angles = np.repeat(np.where(graph.flat, 0.0, graph.fold_angle), 2)
+        panels = np.zeros((len(corners) + len(child), 2), dtype=np.int64)
+        panels[: len(corners), 0] = graph.panel
+        panels[len(corners) :] = np.stack([graph.panel[child], graph.panel[parent]], axis=1)
+        radius = max(limits.beam_radius, 0.5 * limits.thickness)
+        steep = math.tan(limits.max_tilt_rad)
+        wide = radius + limits.beam_spread * 2.0 * goal.longest_side_mm
+        fractions = np.array(FRACTIONS)
+        rows, used = hiding_pairs(corners, creases, lengths, angles, panels, fractions, steep, wide)
+        bits, leaning = hidden_bits(
+            corners, creases, lengths, angles, rows, int(used), fractions,
+            limits.max_tilt_rad * np.array(TILT_SHARES), math.pi * (np.arange(HEADINGS) + 0.5) / HEADINGS,
+            np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, radius, limits.beam_spread]),
+            problem.hidden_max * SIGHT_RESERVE, steep, wide,
+        )  # fmt: skip
+        areas = 0.5 * np.linalg.norm(
+            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+        )
+        load = limits.weight_n_mm2 / limits.plastic_moment_n
+        figures = np.array([goal.longest_side_mm, load, SAFE_LOAD, steep])
+        self.table = (
+            rows, bits, leaning, angles, fractions, creases, problem.centroids_3d, areas, lengths, figures
+        )  # fmt: skip
+
+    def cost(self, layout: FlatLayout, axis_rad: float) -> tuple[float, NDArray[np.float64]]:
+        """What a net misses since the part that turns hides its own crease.
+
+        Args:
+            layout: the net.
+            axis_rad: direction of the rotary axis, from the base face's side from corner 0 to corner 1.
+
+        Returns:
+            (cost, weighed as ``fold_search.cost``; (F,) the angle missing at the crease of each face, rad)
+        """
+        from planner._kernels.own_sight_kernels import own_sight_cost
+
+        lost = np.zeros(len(layout.parent))
+        return float(own_sight_cost(layout.arrays, self.table, float(axis_rad), lost)), lost
+
+    def exchange(
+        self,
+        layout: FlatLayout,
+        axis_rad: float,
+        path: NDArray[np.int64],
+        limit: float,
+        tries: int,
+        rng: np.random.Generator,
+    ) -> float | None:
+        """Cut a crease of ``path`` and join the net elsewhere, within a ``limit`` of ``cost``.
+
+        Args:
+            layout: changed in place; of no use any more if there is no result.
+            axis_rad: direction of the rotary axis.
+            path: creases to choose from; empty: none.
+            limit: cost allowed.
+            tries: exchanges tried.
+            rng: of the choice.
+
+        Returns:
+            The cost, None if nothing was found.
+        """
+        from planner._kernels.own_sight_kernels import exchange_within
+
+        if len(path) == 0:
+            return None
+        out = np.zeros(2, dtype=np.int64)
+        cost = exchange_within(
+            layout.arrays, self.table, float(axis_rad), path, limit, tries, _state(rng), out
+        )
+        return float(cost) if cost >= 0.0 and layout.exchanged_inside(int(out[1])) else None
+
+    def anneal(
+        self,
+        layout: FlatLayout,
+        axis_rad: float,
+        moves: int,
+        rng: np.random.Generator,
+        *,
+        fixed_base: bool = False,
+    ) -> OwnNet:
+        """Change a net, without overlap, until it misses little that way.
+
+        Args:
+            layout: where to start; left as it is.
+            axis_rad: direction of the rotary axis.
+            moves: changes tried; it ends sooner once nothing is missing.
+            rng: of the choices.
+            fixed_base: keep the base face.
+        """
+        from planner._kernels.own_sight_kernels import anneal_own
+
+        work = layout.copy()
+        best, out = np.zeros(len(layout.graph.faces), dtype=np.bool_), np.zeros(3)
+        anneal_own(
+            work.arrays, self.table, np.array(_axis(layout, axis_rad)), _state(rng), moves, WARM, COLD,
+            LEAST_TAB_EDGE_MM, not fixed_base, best, out,
+        )  # fmt: skip
+        return OwnNet(FlatLayout(layout.graph, best, int(out[1])), float(out[2]), float(out[0]))
+
+
+def _axis(layout: FlatLayout, axis_rad: float) -> tuple[float, float]:
+    """Direction of the rotary axis in the plane of the layout."""
+    start, end = layout.corners[layout.base, :2]
+    heading = math.atan2(end[1] - start[1], end[0] - start[0]) + axis_rad
+    return math.cos(heading), math.sin(heading)
+
+
+def _state(rng: np.random.Generator) -> NDArray[np.uint64]:
+    """(1,) state for the random numbers of a kernel."""
+    return rng.integers(1, 2**63, size=1, dtype=np.uint64)
