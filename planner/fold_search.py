@@ -45,6 +45,9 @@ MOST_OWN_MOVES, OWN_WORK = 20_000, 2_000_000
 """Changes of each starting net that are judged by ``OwnSight`` alone: the work over the number of faces, but
 not more than the limit."""
 
+OWN_ERROR = 0.25
+"""What ``OwnSight`` may be wrong by besides, in cost times faces: it looks at few angles of a closing slit."""
+
 STARTS_SHARE, ROUNDS_SHARE = 0.15, 0.65
 """Where there is a deadline: share of the time for the starting nets at most, and when the chains are through
 with starting afresh. Then each goes on from one of the best nets of all."""
@@ -133,7 +136,8 @@ class Candidate:
         sight = problem.own_sight
         if sight is None:
             return None
-        return OwnLimit(sight, self.own + (bar - self.cost) + OWN_SLACK * max(0.0, self.cost - self.own))
+        other = OWN_SLACK * max(0.0, self.cost - self.own)
+        return OwnLimit(sight, self.own + bar - self.cost + other + OWN_ERROR / len(self.tree.parent))
 
 
 def flat_tree(layout: FlatLayout, axis_rad: float) -> FlatTree:
