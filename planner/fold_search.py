@@ -46,7 +46,7 @@ MOST_OWN_MOVES, OWN_WORK = 20_000, 2_000_000
 not more than the limit."""
 
 OWN_ERROR = 0.25
-"""What ``OwnSight`` may be wrong by besides, in cost times faces: it looks at few angles of a closing slit."""
+"""What ``OwnSight`` may be wrong by besides, in cost times faces: a closing slit is seen at few angles."""
 
 STARTS_SHARE, ROUNDS_SHARE = 0.15, 0.65
 """Where there is a deadline: share of the time for the starting nets at most, and when the chains are through

@@ -39,6 +39,9 @@ WARM, COLD = 0.02, 3e-4
 """Temperatures between which ``OwnSight.anneal`` cools down, in cost."""
 
 
+_NO_STATE = np.ones(1, dtype=np.uint64)
+
+
 @dataclass(frozen=True, eq=False)
 class OwnNet:
     """A net from ``OwnSight.anneal``.
@@ -62,10 +65,9 @@ class OwnSight:
 
     Attributes:
         table: (D, F) row of the bits of each face (-1: it hides nothing) for each of the D = 2 M creases, an
-            edge with either of its faces as the child; (R, HEADINGS, words) bits of these rows, set where the
-            crease is hidden, see ``shadow_kernels``; the same of the leaning child, (D, HEADINGS, words);
-            (D,) goal angles; ``FRACTIONS``; (D, 3, 3) start, direction and parent normal of the creases;
-            (F, 3) centroids and (F,) areas of the faces; (D,) lengths; figures of the cost.
+            edge with either of its faces as the child; (R + D, HEADINGS, words) bits of these rows, set where
+            the crease is hidden, see ``shadow_kernels``, and those of the leaning child behind; rows of the
+            creases, rows of the faces, and figures, see ``own_sight_kernels``.
     """
 
     def __init__(self, problem: FoldProblem) -> None:
@@ -96,14 +98,15 @@ class OwnSight:
             np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, radius, limits.beam_spread]),
             problem.hidden_max * SIGHT_RESERVE, steep, wide,
         )  # fmt: skip
-        areas = 0.5 * np.linalg.norm(
-            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-        )
+        double = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         load = limits.weight_n_mm2 / limits.plastic_moment_n
-        figures = np.array([goal.longest_side_mm, load, SAFE_LOAD, steep])
         self.table = (
-            rows, bits, leaning, angles, fractions, creases, problem.centroids_3d, areas, lengths, figures
-        )  # fmt: skip
+            rows,
+            np.concatenate([bits, leaning]),
+            np.column_stack([creases[:, :2].reshape(-1, 6), lengths, angles]),
+            np.column_stack([problem.centroids_3d, 0.5 * np.linalg.norm(double, axis=1)]),
+            np.array([goal.longest_side_mm, load, SAFE_LOAD, steep, *FRACTIONS]),
+        )
 
     def cost(self, layout: FlatLayout, axis_rad: float) -> tuple[float, NDArray[np.float64]]:
         """What a net misses since the part that turns hides its own crease.
@@ -115,10 +118,13 @@ class OwnSight:
         Returns:
             (cost, weighed as ``fold_search.cost``; (F,) the angle missing at the crease of each face, rad)
         """
-        from planner._kernels.own_sight_kernels import own_sight_cost
+        from planner._kernels.own_sight_kernels import own_cost_within
 
-        lost = np.zeros(len(layout.parent))
-        return float(own_sight_cost(layout.arrays, self.table, float(axis_rad), lost)), lost
+        lost, void = np.zeros(len(layout.parent)), np.zeros(2, dtype=np.int64)
+        cost = own_cost_within(
+            layout.arrays, self.table, float(axis_rad), void, 0.0, 0, _NO_STATE, lost, void
+        )
+        return float(cost), lost
 
     def exchange(
         self,
@@ -142,13 +148,13 @@ class OwnSight:
         Returns:
             The cost, None if nothing was found.
         """
-        from planner._kernels.own_sight_kernels import exchange_within
+        from planner._kernels.own_sight_kernels import own_cost_within
 
         if len(path) == 0:
             return None
-        out = np.zeros(2, dtype=np.int64)
-        cost = exchange_within(
-            layout.arrays, self.table, float(axis_rad), path, limit, tries, _state(rng), out
+        out, lost = np.zeros(2, dtype=np.int64), np.zeros(len(layout.parent))
+        cost = own_cost_within(
+            layout.arrays, self.table, float(axis_rad), path, float(limit), tries, _state(rng), lost, out
         )
         return float(cost) if cost >= 0.0 and layout.exchanged_inside(int(out[1])) else None
 

@@ -32,9 +32,15 @@ from planner._kernels.shadow_kernels import WORDS, samples_seen
 MOMENTS = 13
 """Sums over what hangs on a crease: faces, centroids, their products (xx xy xz yy yz zz), area, area by place."""
 
-SIZE_MM, WEIGHT, SAFE, STEEP, FIGURES = 0, 1, 2, 3, 4
+SIZE_MM, WEIGHT, SAFE, STEEP, FRACTION = 0, 1, 2, 3, 4
 """Places in the figures of a table: longest side of the goal, weight over plastic moment of the sheet, load without
-remark, slope of the most tilted beam."""
+remark, slope of the most tilted beam, and from the last on the shares of an angle at which is looked."""
+
+START, ALONG, LENGTH, ANGLE, SIDE_REALS = 0, 3, 6, 7, 8
+"""Places in the row of a crease: start and direction on the goal, length, signed goal angle."""
+
+FACE_REALS = 4
+"""Centroid and area of a face."""
 
 OVERLOAD_WEIGHT, MOST_OVERLOAD = 0.05, 4.0
 """Cost of the load on creases beyond what is safe, and where it is capped."""
@@ -94,14 +100,15 @@ def own_cost(s, table, ax, ay, masks, sums, lost):  # type: ignore[no-untyped-de
         masks, sums: (F, WORDS) and (F, MOMENTS) work space.
         lost: (F,) angle missing at the crease of each face, rad; the result.
     """
-    rows, bits, own, angles, fractions, creases, centroids, areas, lengths, figures = table
+    rows, bits, sides_of, faces, figures = table
+    leaning = len(bits) - len(sides_of)
     node, real = s.node, s.real
     n = node.shape[1]
     sides, headings = np.empty(n, np.int64), np.empty(n, np.int64)
     for i in range(n):
         f = node[ORDER, i]
         lost[f] = 0.0
-        x, y, z, a = centroids[f, 0], centroids[f, 1], centroids[f, 2], areas[f]
+        x, y, z, a = faces[f, 0], faces[f, 1], faces[f, 2], faces[f, 3]
         sums[f, 0], sums[f, 1], sums[f, 2], sums[f, 3] = 1.0, x, y, z
         sums[f, 4], sums[f, 5], sums[f, 6] = x * x, x * y, x * z
         sums[f, 7], sums[f, 8], sums[f, 9] = y * y, y * z, z * z
@@ -110,12 +117,12 @@ def own_cost(s, table, ax, ay, masks, sums, lost):  # type: ignore[no-untyped-de
             continue
         d = _side_of(s, f)
         sides[f], headings[f] = d, -1
-        if angles[d] != 0.0:
+        if sides_of[d, ANGLE] != 0.0:
             _, _, dx, dy = _crease_line(s, f)
             b = _heading(dx, dy, ax, ay, bits.shape[1])
             headings[f] = b
             for w in range(WORDS):
-                masks[f, w] = own[d, b, w]
+                masks[f, w] = bits[leaning + d, b, w]
     for i in range(1, n):
         x = node[ORDER, i]
         f = node[PARENT, x]
@@ -131,19 +138,19 @@ def own_cost(s, table, ax, ay, masks, sums, lost):  # type: ignore[no-untyped-de
         f = node[ORDER, i]
         if headings[f] >= 0:
             d = sides[f]
-            goal = abs(angles[d])
+            goal, length = abs(sides_of[d, ANGLE]), sides_of[d, LENGTH]
             wanted += goal
             x0, y0, dx, dy = _crease_line(s, f)
-            less = goal * (1.0 - fractions[samples_seen(masks[f])])
+            less = goal * (1.0 - figures[FRACTION + samples_seen(masks[f])])
             # the face itself leans over its crease by no more than the most tilted beam allows
-            steep = figures[STEEP] * abs(dx * ax + dy * ay) / lengths[d]
+            steep = figures[STEEP] * abs(dx * ax + dy * ay) / length
             less = max(less, goal - 0.5 * math.pi - math.atan(steep) - OVERHANG_RAD)
             if less > 0.0:
                 lost[f] = less
                 missing += less
-                shape += 0.25 * less * less * _lever_squared(sums[f], creases[d]) / n
+                shape += 0.25 * less * less * _lever_squared(sums[f], sides_of[d]) / n
             arm = abs(dx * (sums[f, 12] - sums[f, 10] * y0) - dy * (sums[f, 11] - sums[f, 10] * x0))
-            overload += max(0.0, figures[WEIGHT] * arm / (lengths[d] * lengths[d]) - figures[SAFE])
+            overload += max(0.0, figures[WEIGHT] * arm / (length * length) - figures[SAFE])
         p = node[PARENT, f]
         for m in range(MOMENTS):
             sums[p, m] += sums[f, m]
@@ -157,8 +164,8 @@ def own_cost(s, table, ax, ay, masks, sums, lost):  # type: ignore[no-untyped-de
 @inner
 def _lever_squared(sums, crease):  # type: ignore[no-untyped-def]
     """Sum of the squared distances of what hangs on a crease from its line, mm²."""
-    ox, oy, oz = crease[0, 0], crease[0, 1], crease[0, 2]
-    ux, uy, uz = crease[1, 0], crease[1, 1], crease[1, 2]
+    ox, oy, oz = crease[START], crease[START + 1], crease[START + 2]
+    ux, uy, uz = crease[ALONG], crease[ALONG + 1], crease[ALONG + 2]
     count, at = sums[0], ox * ux + oy * uy + oz * uz
     away = sums[4] + sums[7] + sums[9] - 2.0 * (ox * sums[1] + oy * sums[2] + oz * sums[3])
     along = ux * ux * sums[4] + uy * uy * sums[7] + uz * uz * sums[9]
@@ -240,45 +247,36 @@ def _replace_free(s, cut, joins, rng, tries):  # type: ignore[no-untyped-def]
 
 
 @entry
-def own_sight_cost(s, table, axis, lost):  # type: ignore[no-untyped-def]
-    """``own_cost`` with work space of its own, the ``axis`` from the base's side 0."""
-    n = s.node.shape[1]
-    heading = _base_heading(s) + axis
-    ax, ay = math.cos(heading), math.sin(heading)
-    return own_cost(s, table, ax, ay, np.zeros((n, WORDS), np.uint64), np.zeros((n, MOMENTS)), lost)
-
-
-@entry
-def exchange_within(s, table, axis, path, limit, tries, rng, out):  # type: ignore[no-untyped-def]
-    """Replace a crease of ``path``, without overlap, such that ``own_cost`` is at most ``limit``.
+def own_cost_within(s, table, axis, path, limit, tries, rng, lost, out):  # type: ignore[no-untyped-def]
+    """``own_cost`` of a net, after a crease of ``path`` was replaced, without overlap, if there are ``tries``.
 
     Args:
         s: the net, rooted and laid out; changed in place where it works out.
-        table: as in ``own_cost``.
+        table, lost: as in ``own_cost``.
         axis: direction of the rotary axis from the base's side 0, rad.
-        path: (K,) creases to choose from, K > 0.
-        limit: cost allowed.
-        tries: creases cut at random.
+        path: (K,) creases to choose from, K > 0 if there are tries.
+        limit: cost allowed of a changed net.
+        tries: creases cut at random; 0: the net stays as it is.
         rng: (1,) state of the random numbers.
         out: (2,) the crease that was cut and the edge joined.
 
     Returns:
-        the cost; -1 if none was found
+        the cost; -1 if no change was found
     """
     n = s.node.shape[1]
-    masks, sums, lost = np.zeros((n, WORDS), np.uint64), np.zeros((n, MOMENTS)), np.zeros(n)
+    masks, sums = np.zeros((n, WORDS), np.uint64), np.zeros((n, MOMENTS))
     joins = np.empty(len(s.edge) + 1, np.int64)
-    for _ in range(tries):
-        cut = path[draw(rng, len(path))]
-        join = _replace_free(s, cut, joins, rng, 1)
-        if join < 0:
-            continue
+    for _ in range(max(1, tries)):
+        if tries > 0:
+            out[0] = path[draw(rng, len(path))]
+            out[1] = _replace_free(s, out[0], joins, rng, 1)
+            if out[1] < 0:
+                continue
         heading = _base_heading(s) + axis  # the base may have moved
         cost = own_cost(s, table, math.cos(heading), math.sin(heading), masks, sums, lost)
-        if cost <= limit:
-            out[0], out[1] = cut, join
+        if tries == 0 or cost <= limit:
             return cost
-        _replace(s, join, cut)
+        _replace(s, out[1], out[0])
     return -1.0
 
 
@@ -299,23 +297,19 @@ def anneal_own(s, table, axis, rng, moves, warm, cold, least, move_base, best_tr
         out: (3,) its cost, its base, and the direction of the axis from the base's side 0.
     """
     n = s.node.shape[1]
-    masks, sums, lost = np.zeros((n, WORDS), np.uint64), np.zeros((n, MOMENTS)), np.zeros(n)
+    masks, sums = np.zeros((n, WORDS), np.uint64), np.zeros((n, MOMENTS))
+    lost, trial_lost = np.zeros(n), np.zeros(n)
     path, joins = np.empty(len(s.edge) + 1, np.int64), np.empty(len(s.edge) + 1, np.int64)
-    cost = own_cost(s, table, axis[0], axis[1], masks, sums, lost)
-    best = np.inf
+    cost, best, bar = np.inf, np.inf, np.inf
     for move in range(moves + 1):
-        if cost < best:
-            best = cost
-            best_tree[:] = s.edge[:, TREE] != 0
-            out[0], out[1] = best, s.number[BASE]
-            out[2] = math.atan2(axis[1], axis[0]) - _base_heading(s)
-            if best <= SOLVED:
-                break
-        temperature = warm * (cold / warm) ** (move / moves)
-        bar = cost - temperature * math.log((draw(rng, 1 << 30) + 1.0) / (1 << 30))
-        kind = draw(rng, 100)
+        kind = -1 if move == 0 else draw(rng, 100)
+        if move > 0:
+            temperature = warm * (cold / warm) ** (move / moves)
+            bar = cost - temperature * math.log((draw(rng, 1 << 30) + 1.0) / (1 << 30))
         ax, ay, old, cut, join = axis[0], axis[1], s.number[BASE], np.int64(-1), np.int64(-1)
-        if kind < AXIS_PERCENT:
+        if move == 0:
+            pass  # the net as it is
+        elif kind < AXIS_PERCENT:
             angle = math.pi * draw(rng, 1000) / 1000.0
             if 2 * kind < AXIS_PERCENT:
                 angle = math.atan2(ay, ax) + AXIS_STEP_RAD * (draw(rng, 2001) / 1000.0 - 1.0)
@@ -344,17 +338,24 @@ def anneal_own(s, table, axis, rng, moves, warm, cold, least, move_base, best_tr
             join = _replace_free(s, cut, joins, rng, 4)
             if join < 0:
                 continue
-        if (join < 0 and cut < 0 and s.number[BASE] == old) or _has_free_side(s, least):
-            now = own_cost(s, table, axis[0], axis[1], masks, sums, lost)
+        if (cut < 0 and s.number[BASE] == old) or _has_free_side(s, least):
+            now = own_cost(s, table, axis[0], axis[1], masks, sums, trial_lost)
             if now <= bar:
                 cost = now
+                lost[:] = trial_lost
+                if cost < best:
+                    best = cost
+                    best_tree[:] = s.edge[:, TREE] != 0
+                    out[0], out[1] = best, s.number[BASE]
+                    out[2] = math.atan2(axis[1], axis[0]) - _base_heading(s)
+                if best <= SOLVED:
+                    break
                 continue
         axis[0], axis[1] = ax, ay
         if join >= 0:
             _replace(s, join, cut)
         elif s.number[BASE] != old:
             root_tree(s, old)
-        own_cost(s, table, ax, ay, masks, sums, lost)
 
 
 @inner

@@ -139,6 +139,32 @@ def test_switching_rules_off_never_makes_a_net_fold_less():
     assert problem.fold(tree).completion < 1.0
 
 
+def test_a_wish_for_the_order_is_kept_where_it_can_be():
+    problem, layouts = problem_of("open_box")
+    tree = flat_tree(layouts[0], 0.4)
+    plain = [int(f) for kind, f, _ in problem.fold(tree).steps.tolist() if kind == 1]
+    above = {f: set() for f in plain}
+    for face in plain:
+        up = int(tree.parent[face])
+        while up >= 0:
+            above[face].add(up)
+            up = int(tree.parent[up])
+    pairs = [(a, b) for i, a in enumerate(plain) for b in plain[i + 1 :] if b not in above[a]]
+    assert pairs
+    for first, second in pairs:
+        after = np.full(len(tree.parent), -1)
+        after[first] = second
+        order = [int(f) for kind, f, _ in problem.fold(tree, after=after).steps.tolist() if kind == 1]
+        assert sorted(order) == sorted(plain)
+        assert order.index(second) < order.index(first)
+    for child in plain:  # what hangs on a crease cannot wait for it
+        for carrier in above[child] & set(plain):
+            after = np.full(len(tree.parent), -1)
+            after[child] = carrier
+            order = [int(f) for kind, f, _ in problem.fold(tree, after=after).steps.tolist() if kind == 1]
+            assert order == plain
+
+
 def test_obstacles_stop_a_turn():
     problem, layouts = problem_of("open_box", 0.0, without=("sight",))
     tree = flat_tree(layouts[0], 0.0)
