@@ -166,6 +166,7 @@ class OwnSight:
         rng: np.random.Generator,
         *,
         fixed_base: bool = False,
+        warm: float = WARM,
     ) -> OwnNet:
         """Change a net, without overlap, until it misses little that way.
 
@@ -175,14 +176,15 @@ class OwnSight:
             moves: changes tried; it ends sooner once nothing is missing.
             rng: of the choices.
             fixed_base: keep the base face.
+            warm: temperature at which it starts, in cost.
         """
         from planner._kernels.own_sight_kernels import anneal_own
 
         work = layout.copy()
         best, out = np.zeros(len(layout.graph.faces), dtype=np.bool_), np.zeros(3)
         anneal_own(
-            work.arrays, self.table, np.array(_axis(layout, axis_rad)), _state(rng), moves, WARM, COLD,
-            LEAST_TAB_EDGE_MM, not fixed_base, best, out,
+            work.arrays, self.table, np.array(_axis(layout, axis_rad)), _state(rng), moves,
+            warm, min(warm, COLD), LEAST_TAB_EDGE_MM, not fixed_base, best, out,
         )  # fmt: skip
         return OwnNet(FlatLayout(layout.graph, best, int(out[1])), float(out[2]), float(out[0]))
 

@@ -19,6 +19,9 @@ AXIS_SHARE, BASE_SHARE, ORDER_SHARE, ANYWHERE_SHARE = 0.1, 0.1, 0.12, 0.13
 """Shares of the moves that turn the rotary axis, take another base face, fold in another order, or exchange a
 crease anywhere instead of between two faces that block each other."""
 
+MEND_WARM = 0.003
+"""Temperature at which mending starts, in cost."""
+
 DROP_SHARE = 0.3
 """Share of the moves of the order that drop a wish."""
 
@@ -26,6 +29,10 @@ AXIS_STEP_RAD = 0.2
 """Typical turn of the rotary axis in a small move."""
 
 CUTS_TRIED, JOINS_TRIED = 3, 12
+
+MEND_SHARE, LEAST_OWN, FEWEST_MENDS, MOST_MENDS = 0.2, 1e-4, 50, 400
+"""Share of the moves that mend what own sight misses, where that is more than the least cost, by so many
+changes that own sight alone judges."""
 
 OWN_TRIES, OTHER_TRIES = 60, 8
 """Exchanges, and other moves, that are tried until one is within the limit of ``OwnSight``."""
@@ -87,6 +94,8 @@ def random_trial(
         fixed_net: keep the whole net; only the axis and the order change.
         own: nets beyond it are passed over; None: no limit.
     """
+    if own is not None and not fixed_net and now.own > LEAST_OWN and rng.random() < MEND_SHARE:
+        return _mended(now, own, rng, fixed_base=fixed_base)
     kind = rng.random()
     if fixed_net:
         kind *= AXIS_SHARE + ORDER_SHARE
@@ -110,6 +119,15 @@ def random_trial(
         return _other_order(now, face, other, rng)
     kind -= ORDER_SHARE
     return _exchange(now, face, other, rng, anywhere=kind < ANYWHERE_SHARE, own=own)
+
+
+def _mended(now: Trial, own: OwnLimit, rng: np.random.Generator, *, fixed_base: bool) -> Trial | None:
+    """A net near by that misses less by own sight, a few exchanges away; None if none was found."""
+    moves = int(rng.integers(FEWEST_MENDS, MOST_MENDS))
+    made = own.sight.anneal(now.layout, now.axis_rad, moves, rng, fixed_base=fixed_base, warm=MEND_WARM)
+    if made.cost >= now.own or made.cost > own.cost:
+        return None
+    return Trial(made.layout, made.axis_rad, now.after, made.cost)
 
 
 def _within(make: Callable[[], Trial | None], own: OwnLimit | None) -> Trial | None:
