@@ -2,17 +2,19 @@
 
 ``python -m benchmarks.validation_speed MESH …`` plans each mesh and prints a Markdown table: compile (text
 and of MuJoCo), sweep, dynamic run, that run over its bare ``mj_step`` calls, and draws of scatter (sum over
-the cores) where ``--draws`` asks for them.
+the cores) where ``--draws`` asks for them. Told are medians of ``--runs``; before the dynamic ones comes one
+for numba to compile.
 """
 
 from __future__ import annotations
 
 import argparse
+import statistics
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import mujoco
 
@@ -22,12 +24,14 @@ from planner.fold_plan import FoldPlan
 from twin.driven_run import DrivenRun
 from twin.heating_interface import EqualPasses
 from twin.loaded_model import LoadedModel, quiet_mujoco
-from twin.mjcf_model import compile_model
+from twin.mjcf_model import CompiledModel, compile_model
 from twin.run_settings import RunSettings
 from twin.scatter import run_scatter
 from twin.scatter_draws import FoldTurn
 from twin.sweep import kinematic_sweep
 from twin.timeline import turns
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -36,10 +40,11 @@ class Speed:
 
     Attributes:
         faces: of the net.
-        compile_s: text of the model, and MuJoCo's reading of it.
-        sweep_s: kinematic sweep.
-        run_s: dynamic run without loading the model.
-        steps_s: what of it was spent inside ``mj_step``.
+        compile_s: text of the model, and MuJoCo's reading of it, median of the runs.
+        sweep_s: kinematic sweep, median of the runs.
+        run_s: dynamic run without loading the model, median of the runs.
+        ratio: its time over that spent inside ``mj_step`` in the same run, by the clock on the wall, which is
+            read without a call of the system; median of the runs.
         steps: time steps.
         scatter_s: draws of scatter, 0 if none were asked for.
     """
@@ -48,14 +53,9 @@ class Speed:
     compile_s: float
     sweep_s: float
     run_s: float
-    steps_s: float
+    ratio: float
     steps: int
     scatter_s: float
-
-    @property
-    def ratio(self) -> float:
-        """Dynamic run over its bare ``mj_step`` calls."""
-        return self.run_s / self.steps_s
 
 
 class _TimedStep:
@@ -64,40 +64,51 @@ class _TimedStep:
     def __init__(self) -> None:
         self.real: Any = mujoco.mj_step
         self.seconds, self.calls = 0.0, 0
-        begin = time.thread_time()
-        for _ in range(20000):
-            time.thread_time()
-        self.clock_s = (time.thread_time() - begin) / 20000
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        begin = time.thread_time()
+        begin = time.perf_counter()
         self.real(model, data)
-        self.seconds += time.thread_time() - begin - self.clock_s
+        self.seconds += time.perf_counter() - begin
         self.calls += 1
 
 
-def measure(plan: FoldPlan, draws: int = 0) -> Speed:
-    """Measure the stages on one plan."""
-    clock = time.process_time
-    begin = clock()
+def _timed(work: Callable[[], T], runs: int) -> tuple[T, float]:
+    """What ``work`` gives, and the median of its processor time."""
+    seconds: list[float] = []
+    for _ in range(runs):
+        begin = time.process_time()
+        made = work()
+        seconds.append(time.process_time() - begin)
+    return made, statistics.median(seconds)
+
+
+def _compiled(plan: FoldPlan) -> CompiledModel:
     compiled = compile_model(plan)
     compiled.load()
-    compile_s = clock() - begin
-    begin = clock()
-    sweep = kinematic_sweep(compiled, plan)
-    sweep_s = clock() - begin
-    loaded = LoadedModel(compiled, plan.net)
-    loaded.notice_contacts_only()
-    timed = _TimedStep()
-    with quiet_mujoco() as messages:
-        run = DrivenRun(loaded, plan, sweep, EqualPasses(), RunSettings(), messages)
-        mujoco.mj_step = timed
-        try:
-            begin = clock()
-            assert run.play(), "a plan that does not pass says nothing about speed"
-            run_s = clock() - begin - 2.0 * timed.clock_s * timed.calls
-        finally:
-            mujoco.mj_step = timed.real
+    return compiled
+
+
+def measure(plan: FoldPlan, draws: int = 0, runs: int = 1) -> Speed:
+    """Measure the stages on one plan."""
+    clock = time.process_time
+    compiled, compile_s = _timed(lambda: _compiled(plan), runs)
+    sweep, sweep_s = _timed(lambda: kinematic_sweep(compiled, plan), runs)
+    seconds: list[float] = []
+    ratios: list[float] = []
+    for _ in range(runs + 1):
+        loaded = LoadedModel(compiled, plan.net)
+        loaded.notice_contacts_only()
+        timed = _TimedStep()
+        with quiet_mujoco() as messages:
+            run = DrivenRun(loaded, plan, sweep, EqualPasses(), RunSettings(), messages)
+            mujoco.mj_step = timed
+            try:
+                begin, wall = clock(), time.perf_counter()
+                assert run.play(), "a plan that does not pass says nothing about speed"
+                ratios.append((time.perf_counter() - wall) / timed.seconds)
+                seconds.append(clock() - begin)
+            finally:
+                mujoco.mj_step = timed.real
     scatter_s = 0.0
     if draws:
         heating = EqualPasses()
@@ -110,7 +121,8 @@ def measure(plan: FoldPlan, draws: int = 0) -> Speed:
         begin = clock()
         run_scatter(plan, folds, draws=draws)
         scatter_s = clock() - begin
-    return Speed(len(plan.net.faces), compile_s, sweep_s, run_s, timed.seconds, timed.calls, scatter_s)
+    run_s, ratio = statistics.median(seconds[1:]), statistics.median(ratios[1:])
+    return Speed(len(plan.net.faces), compile_s, sweep_s, run_s, ratio, timed.calls, scatter_s)
 
 
 def row(name: str, speed: Speed) -> str:
@@ -128,12 +140,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("meshes", nargs="+", type=Path)
     parser.add_argument("--budget", type=float, default=20.0, help="nominal seconds of planning")
     parser.add_argument("--draws", type=int, default=0, help="draws of scatter")
+    parser.add_argument("--runs", type=int, default=3, help="how often each stage is measured")
     chosen = parser.parse_args(arguments)
     print("| net | faces | compile | sweep | dynamic run | steps | over bare mj_step | scatter |")
     print("|---|---|---|---|---|---|---|---|")
     for path in chosen.meshes:
         plan = plan_folds(make_net(read_goal(path)), the_limits(), budget_s=chosen.budget)
-        print(row(path.stem, measure(plan, chosen.draws)), flush=True)
+        print(row(path.stem, measure(plan, chosen.draws, max(1, chosen.runs))), flush=True)
     return 0
 
 

@@ -166,13 +166,14 @@ class DrivenRun:
             self.felt = tuple(self._drive(turn, 1.0, stop_at=hits[0].angle_rad))
             self.missed += [hits[0]] if hits[0].pair not in {t.pair for t in self.felt} else []
             return False
-        state, steps = integration_state(self.loaded), self.stepper.steps
+        last, steps = self.checkpoints[-1], self.stepper.steps
+        state = last.state if last.steps == steps else integration_state(self.loaded)
         before = self._rest_of_others(turn)
         for attempt, speed in enumerate(self.settings.speeds):  # inertia, or weight? a slower run decides
             if attempt:
                 self.stepper.go_back(state, steps)
             seen = self._drive(turn, speed)
-            bent = np.abs(self._rest_of_others(turn) - before).max(initial=0.0)
+            bent = float(np.abs(self._rest_of_others(turn) - before).max())
             if bent <= self.settings.bent_rad and not any(self._heavy(t) for t in seen):
                 break
         if bent > self.settings.bent_rad:
@@ -185,14 +186,15 @@ class DrivenRun:
         return True
 
     def _rest_of_others(self, turn: Turn) -> NDArray[np.float64]:
-        """Rest angles of the hinges that do not turn."""
+        """Rest angles of the hinges, 0 for the one that turns."""
         rest = self.loaded.rest
-        angles: NDArray[np.float64] = np.delete(rest.all(), rest.at[turn.joint])
+        angles = rest.all()
+        angles[rest.at[turn.joint]] = 0.0
         return angles
 
     def _note_yield(self, turn: Turn, before: NDArray[np.float64]) -> None:
         """Remember which hinge at rest bent for good; its end angle decides whether that matters."""
-        names = [name for name in self.loaded.rest.names if name != turn.joint]
+        names = self.loaded.rest.names
         change = self._rest_of_others(turn) - before
         worst = int(np.argmax(np.abs(change)))
         crease = int(names[worst].rpartition("_")[2]) if names[worst].startswith("crease_") else -1
@@ -220,13 +222,14 @@ class DrivenRun:
             loaded.rest.add(turn.joint, wanted - given)
             given = wanted
             step()
-            log.note()
+            if data.ncon:
+                log.note()
             if not abs(data.qpos[qpos] - (base + given)) <= settings.largest_lag_rad:
                 lag = np.degrees(data.qpos[qpos] - base - given)
                 raise DivergedError(f"{turn.joint} is {lag:.1f}° away from where it was driven")
             if abs(given) - looked >= settings.sight_every_rad and stop_at is None:
                 looked = abs(given)
-                self.sight.look(turn)
+                self.sight.look(turn, stepped=True)
         for _ in range(_SETTLING_STEPS):
             step()
             log.note()
@@ -254,8 +257,7 @@ class DrivenRun:
         base = model.body(f"panel_{self.loaded.compiled.side.panel_root[0]}").id
         children = np.flatnonzero(model.body_parentid == base)
         mujoco.mj_comPos(model, data)
-        moment = np.zeros(3)
-        for body in children.tolist():
-            arm = data.subtree_com[body] - data.xipos[base]
-            moment += np.cross(arm, model.body_subtreemass[body] * model.opt.gravity)
+        arms = data.subtree_com[children] - data.xipos[base]
+        weights = model.body_subtreemass[children, None] * model.opt.gravity
+        moment = np.cross(arms, weights).sum(axis=0)
         self.tab_moment = max(self.tab_moment, float(np.linalg.norm(moment)) / NEWTON_METRE)

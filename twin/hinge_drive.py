@@ -57,6 +57,8 @@ class RestAngles:
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, drive: Drive, yield_rad: float) -> None:
+        from twin.step_kernel import hinge_extremes
+
         self.drive, self.yield_rad = drive, yield_rad
         self.names = tuple(model.joint(j).name for j in range(model.njnt))
         self.at = {name: n for n, name in enumerate(self.names)}
@@ -71,14 +73,11 @@ class RestAngles:
         if not np.array_equal(model.jnt_qposadr, np.arange(count)):
             raise ModelError("the model has joints that are no hinges: it was not compiled here")
         self._address, self._angle, self._rate = address, data.qpos, data.qvel
-        # A plain slice, no gathering, where the rest angles stand in the order of the joints: the usual case.
-        in_order = np.array_equal(address, np.arange(count))
-        self._in_order = self._rest[:count] if in_order else None
-        self._work = np.zeros(count)
+        self._extremes = hinge_extremes
 
     def all(self) -> NDArray[np.float64]:
-        """(J,) rest angle of every joint; to be read only, and at once."""
-        rest: NDArray[np.float64] = self._rest[self._address] if self._in_order is None else self._in_order
+        """(J,) rest angle of every joint."""
+        rest: NDArray[np.float64] = self._rest[self._address]
         return rest
 
     def elastic(self) -> NDArray[np.float64]:
@@ -86,19 +85,13 @@ class RestAngles:
         lag: NDArray[np.float64] = self._angle - self.all()
         return lag
 
-    def rate_within(self, largest_rad_s: float) -> bool:
-        """Does no hinge turn faster? False also where a rate is no number."""
-        rates = self._rate
-        if not len(rates):
-            return True
-        return bool(np.maximum.reduce(rates) <= largest_rad_s and np.minimum.reduce(rates) >= -largest_rad_s)
+    def extremes(self, largest_rad_s: float) -> tuple[float, bool]:
+        """Largest elastic angle of any joint without sign, and whether none turns faster than allowed.
 
-    def largest_elastic(self) -> float:
-        """Largest elastic angle of any joint, without sign."""
-        if not len(self._work):
-            return 0.0
-        lag = np.subtract(self._angle, self.all(), out=self._work)
-        return max(float(np.maximum.reduce(lag)), -float(np.minimum.reduce(lag)))
+        A rate that is no number is not allowed either.
+        """
+        lag, within = self._extremes(self._angle, self._rest, self._address, self._rate, largest_rad_s)
+        return float(lag), bool(within)
 
     def of(self, joint: str) -> float:
         """Rest angle of one joint."""

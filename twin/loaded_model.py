@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cached_property
@@ -10,6 +11,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.insets import inset_triangles
 from planner.net import Net
 from twin.errors import ModelError
 from twin.hinge_drive import RestAngles
@@ -19,9 +21,14 @@ from twin.units import GRAVITY_MM_S2
 
 __all__ = ["LoadedModel", "quiet_mujoco"]
 
-_FACE_BITS, _SHEET_BITS, _NO_BITS = (1, 3), (2, 1), (0, 0)
 _NOTICE_ONLY_MM = 10.0
-_MOVING_BITS, _REST_BITS = (4, 8), (8, 4)
+_FACE, _SHEET, _MOVING_FACE, _FACE_AT_REST, _MOVING_SHEET, _SHEET_AT_REST, _GONE = range(7)
+_KINDS = np.array(
+    [[1, 3, FACE_GROUP], [2, 1, SHEET_GROUP],
+     [4, 8, FACE_GROUP], [8, 4, FACE_GROUP], [4, 8, SHEET_GROUP], [8, 4, SHEET_GROUP],
+     [0, 0, HIDDEN_GROUP]]
+)  # fmt: skip
+"""Contact bits (type, affinity) and group of what a geom can be."""
 
 
 @contextmanager
@@ -50,6 +57,7 @@ class LoadedModel:
         flat_position: (B, 3) where the frame of every body lies in the flat sheet.
         joint: joint name → joint number.
         rest: rest angles of the hinges.
+        edge_lines: sheet piece → edges of its triangles, kept by ``touches`` for all turns.
     """
 
     def __init__(self, compiled: CompiledModel, net: Net) -> None:
@@ -82,7 +90,11 @@ class LoadedModel:
             self.owner |= {int(g): ("sheet", k) for k, g in enumerate(self.piece_core)}
         self.joint = {model.joint(j).name: j for j in range(model.njnt)}
         self.rest = RestAngles(model, self.data, compiled.side.drive, compiled.side.hinge.yield_rad)
-        self._geoms_at: dict[int, frozenset[int]] = {}
+        self._in_room = model.body_mocapid[[model.body(name).id for name in ("machine", "laser_head")]]
+        self.edge_lines: dict[int, NDArray[np.float64]] = {}
+        self._geoms = np.concatenate([self.face_geom, self.piece_geom])
+        self._with_geoms = np.flatnonzero(model.body_geomnum)
+        self._first_geom = model.body_geomadr[self._with_geoms]
         mujoco.mj_kinematics(model, self.data)
         self.flat_position = self.data.xpos.copy()
 
@@ -103,6 +115,22 @@ class LoadedModel:
             first, number = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
             out[g, :number] = model.mesh_vert[first : first + number]
             out[g, number:] = out[g, 0]
+        return out, count
+
+    @cached_property
+    def middles(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """(ngeom, K, 3) corners of the middle surfaces of faces and sheet in the frames of their bodies.
+
+        Counter-clockwise from outside, with (ngeom,) how many each has.
+        """
+        side, net = self.compiled.side, self.net
+        outlines: list[NDArray[np.float64]] = list(inset_triangles(net.vertices[net.faces], side.insets))
+        outlines += [piece.outline for piece in side.pieces]
+        count = np.zeros(self.model.ngeom, dtype=np.int64)
+        count[self._geoms] = [len(outline) for outline in outlines]
+        out = np.zeros((self.model.ngeom, int(count.max(initial=1)), 3))
+        for geom, outline in zip(self._geoms.tolist(), outlines, strict=True):
+            out[geom, : len(outline), :2] = outline - self.flat_position[self.model.geom_bodyid[geom], :2]
         return out, count
 
     def corners(self, geoms: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -142,19 +170,12 @@ class LoadedModel:
                 out[panel, self.joint[f"crease_{crease}"]] = True
         return out
 
-    def geoms_at(self, crease: int) -> frozenset[int]:
-        """Geoms of the faces of the two panels that a crease joins."""
-        if crease not in self._geoms_at:
-            panel_of = self.compiled.side.panel_of
-            child = self.net.child_of[crease]
-            own = (panel_of == panel_of[child]) | (panel_of == panel_of[self.net.parent[child]])
-            self._geoms_at[crease] = frozenset(self.face_geom[own].tolist())
-        return self._geoms_at[crease]
-
     def joints_between(self, faces: tuple[int, ...]) -> NDArray[np.int64]:
         """Joints on the way from one of two faces to the other, or from one face to the base."""
-        ways = self._joints_to_base[self.compiled.side.panel_of[list(faces)]]
-        between: NDArray[np.int64] = np.flatnonzero(ways.sum(axis=0) == 1)
+        way = np.zeros(self.model.njnt, dtype=np.bool_)
+        for face in faces:
+            way ^= self._joints_to_base[self.compiled.side.panel_of[face]]
+        between: NDArray[np.int64] = np.flatnonzero(way)
         return between
 
     def crease_angles(self) -> NDArray[np.float64]:
@@ -172,43 +193,37 @@ class LoadedModel:
 
     def set_rotary(self, rotary_rad: float, gravity: bool = True) -> None:
         """Turn gravity and what stands still in the room as seen from the sheet."""
-        up = beam_direction(rotary_rad)
-        self.model.opt.gravity[:] = -GRAVITY_MM_S2 * up if gravity else 0.0
+        self.model.opt.gravity[:] = -GRAVITY_MM_S2 * beam_direction(rotary_rad) if gravity else 0.0
         half = -rotary_rad / 2.0
-        for name in ("machine", "laser_head"):
-            body = int(self.model.body_mocapid[self.model.body(name).id])
-            self.data.mocap_quat[body] = (np.cos(half), np.sin(half), 0.0, 0.0)
+        self.data.mocap_quat[self._in_room] = (math.cos(half), math.sin(half), 0.0, 0.0)
 
     def all_contacts_on(self, gone: NDArray[np.bool_]) -> None:
         """Everything that is there can touch everything else."""
-        self._set_bits(self.face_geom, _FACE_BITS, FACE_GROUP)
-        self._set_bits(self.piece_geom[~gone], _SHEET_BITS, SHEET_GROUP)
-        self._set_bits(self.piece_geom[gone], _NO_BITS, HIDDEN_GROUP)
-        self._sum_up_bits()
+        faces = np.full(len(self.face_geom), _FACE)
+        self._set_kinds(faces, np.where(gone, _GONE, _SHEET))
 
     def moving_contacts_on(self, turn: Turn) -> None:
         """Only what turns can touch, and only what is at rest."""
-        self._set_bits(self.face_geom[turn.moving_faces], _MOVING_BITS, FACE_GROUP)
-        self._set_bits(self.face_geom[~turn.moving_faces], _REST_BITS, FACE_GROUP)
-        self._set_bits(self.piece_geom[turn.moving_pieces], _MOVING_BITS, SHEET_GROUP)
-        self._set_bits(self.piece_geom[~turn.moving_pieces], _REST_BITS, SHEET_GROUP)
-        self._set_bits(self.piece_geom[turn.gone], _NO_BITS, HIDDEN_GROUP)
-        self._sum_up_bits()
+        faces = np.where(turn.moving_faces, _MOVING_FACE, _FACE_AT_REST)
+        pieces = np.where(turn.moving_pieces, _MOVING_SHEET, _SHEET_AT_REST)
+        pieces[turn.gone] = _GONE
+        self._set_kinds(faces, pieces)
 
     def notice_contacts_only(self) -> None:
         """Contacts are found from ``margin + gap`` on, and would push from ``margin`` on: never."""
         self.model.geom_margin[:] = -_NOTICE_ONLY_MM
         self.model.geom_gap[:] = _NOTICE_ONLY_MM
 
-    def _set_bits(self, geoms: NDArray[np.int64], bits: tuple[int, int], group: int) -> None:
-        self.model.geom_contype[geoms], self.model.geom_conaffinity[geoms] = bits
-        self.model.geom_group[geoms] = group
+    def _set_kinds(self, faces: NDArray[np.int64], pieces: NDArray[np.int64]) -> None:
+        """Say what each face (F,) and each piece of the sheet (S,) is, as rows of ``_KINDS``.
 
-    def _sum_up_bits(self) -> None:
-        """A body's bits are those of all its geoms."""
-        for body_bits, geom_bits in (
-            (self.model.body_contype, self.model.geom_contype),
-            (self.model.body_conaffinity, self.model.geom_conaffinity),
-        ):
-            body_bits[:] = 0
-            np.bitwise_or.at(body_bits, self.model.geom_bodyid, geom_bits)
+        A body's bits are those of all its geoms, which stand in the order of their bodies.
+        """
+        model, kinds = self.model, np.concatenate([faces, pieces])
+        model.geom_contype[self._geoms] = _KINDS[kinds, 0]
+        model.geom_conaffinity[self._geoms] = _KINDS[kinds, 1]
+        model.geom_group[self._geoms] = _KINDS[kinds, 2]
+        model.body_contype[self._with_geoms] = np.bitwise_or.reduceat(model.geom_contype, self._first_geom)
+        model.body_conaffinity[self._with_geoms] = np.bitwise_or.reduceat(
+            model.geom_conaffinity, self._first_geom
+        )

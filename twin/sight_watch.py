@@ -11,7 +11,7 @@ import numpy as np
 from planner.fold_plan import FoldPlan
 from twin.events import Event
 from twin.loaded_model import LoadedModel
-from twin.sight_rays import hidden_by
+from twin.sight_rays import BeamView
 from twin.timeline import Turn
 
 __all__ = ["SightWatch"]
@@ -35,17 +35,26 @@ class SightWatch:
         self.events: list[Event] = []
         self.by_sag: dict[int, Event] = {}
         self._hidden_steps: set[int] = set()
+        self._view: BeamView | None = None
 
-    def look(self, turn: Turn) -> None:
-        """Is the crease in the beam's view now?"""
+    def look(self, turn: Turn, *, stepped: bool = False) -> None:
+        """Is the crease in the beam's view now?
+
+        Right after a time step (``stepped``) the pose is that at its beginning, where MuJoCo left the bodies.
+        """
         if turn.crease < 0 or turn.step in self._hidden_steps:
             return
-        data = self.loaded.data
-        mujoco.mj_kinematics(self.loaded.model, data)
-        hidden = hidden_by(self.loaded, turn, self.plan.limits)
+        data, qpos = self.loaded.data, self.loaded.qpos_address(turn.joint)
+        angle = float(data.qpos[qpos])
+        if stepped:
+            angle -= float(data.qvel[qpos]) * float(self.loaded.model.opt.timestep)
+        else:
+            mujoco.mj_kinematics(self.loaded.model, data)
+        if self._view is None or self._view.turn is not turn:
+            self._view = BeamView(self.loaded, turn, self.plan.limits)
+        hidden = self._view.hidden()
         if hidden.share <= self.plan.hidden_max:
             return
-        angle = float(data.qpos[self.loaded.qpos_address(turn.joint)])
         planned = self._hidden_as_planned(turn, angle)
         side = self.loaded.compiled.side
         triangles = tuple(side.pieces[k].triangles[0] for k in hidden.pieces)
@@ -79,4 +88,4 @@ class SightWatch:
             ideal.set_angle(done.joint, done.to_rad)
         ideal.set_angle(turn.joint, angle_rad)
         mujoco.mj_kinematics(ideal.model, ideal.data)
-        return hidden_by(ideal, turn, self.plan.limits).share > self.plan.hidden_max
+        return BeamView(ideal, turn, self.plan.limits).hidden().share > self.plan.hidden_max

@@ -19,9 +19,6 @@ __all__ = [
 
 _SIGNATURE = mujoco.mjtState.mjSTATE_INTEGRATION
 
-_RATE_EVERY = 4
-"""Rates are looked at every so many steps; MuJoCo itself warns at once of what is no number or huge."""
-
 RING_SIGNATURE = mujoco.mjtState.mjSTATE_FULLPHYSICS | mujoco.mjtState.mjSTATE_WARMSTART
 """What is kept of each of the last steps: all that a step starts from, as nothing is applied from outside."""
 
@@ -130,12 +127,12 @@ class Stepper:
         if self.messages:
             raise DivergedError(f"MuJoCo warned: {self.messages[0]}")
         rest = self._rest
-        if self.steps % _RATE_EVERY == 0 and not rest.rate_within(self.largest_rate):
+        lag, within = rest.extremes(self.largest_rate)
+        if not within:
             self._too_fast()
-        lag = rest.largest_elastic()
         if lag > rest.yield_rad:
             rest.creep()
-            lag = rest.largest_elastic()
+            lag, _ = rest.extremes(self.largest_rate)
         if lag > self.worst_elastic_rad:
             self.worst_elastic_rad = lag
 

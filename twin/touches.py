@@ -68,10 +68,11 @@ class TouchLog:
         if not data.ncon:
             return
         contact = data.contact
-        depths = -contact.dist
-        deep = np.flatnonzero(depths > self.tolerance)
-        if not len(deep):
+        heights = contact.dist
+        if np.minimum.reduce(heights) >= -self.tolerance:
             return
+        depths = -heights
+        deep = np.flatnonzero(depths > self.tolerance)
         hinges: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
         for n, depth, geoms in zip(
             deep.tolist(), depths[deep].tolist(), contact.geom[deep].tolist(), strict=True
@@ -126,14 +127,14 @@ def elastic_press(
         return 0.0, float("inf")
     anchor, axes = hinges or (loaded.data.xanchor, loaded.data.xaxis)
     offset, axis = where - anchor[joints], axes[joints]
-    along = (offset * axis).sum(axis=1)
-    arm = np.sqrt(np.maximum((offset * offset).sum(axis=1) - along * along, 0.0))
+    along = np.einsum("ij,ij->i", offset, axis)
+    square = np.maximum(np.einsum("ij,ij->i", offset, offset) - along * along, 0.0)
     stiffness = loaded.stiffness[joints]
-    compliance = float((arm * arm / stiffness).sum())
+    compliance = float((square / stiffness).sum())
     if compliance <= 0.0:
         return 0.0, float("inf")
     force = depth_mm / compliance
-    share = force * float((arm / stiffness).max()) / loaded.compiled.side.hinge.yield_rad
+    share = force * float((np.sqrt(square) / stiffness).max()) / loaded.compiled.side.hinge.yield_rad
     return force_n(force), share
 
 
@@ -151,23 +152,30 @@ def named(
         if kind == "face":
             faces.append(number)
             continue
-        members = list(loaded.compiled.side.pieces[number].triangles)
-        gap = _distance_2d(plan.sheet.triangles[members], where[:2])
-        triangles.append(members[int(np.argmin(gap))])
+        members = loaded.compiled.side.pieces[number].triangles
+        nearest = 0
+        if len(members) > 1:
+            if number not in loaded.edge_lines:
+                loaded.edge_lines[number] = _edge_lines(plan.sheet.triangles[list(members)])
+            nearest = int(_inside(loaded.edge_lines[number], where).argmax())
+        triangles.append(members[nearest])
     return tuple(faces), tuple(triangles)
 
 
-def _distance_2d(triangles: NDArray[np.float64], point: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(T,) signed distance of ``point`` (2,) from counter-clockwise triangles (T, 3, 2): negative inside."""
-    start = triangles
-    along = np.roll(triangles, -1, axis=1) - start
-    offset = point - start
-    length2 = np.maximum((along * along).sum(axis=2), 1e-300)
-    at = np.clip((offset * along).sum(axis=2) / length2, 0.0, 1.0)
-    gap = np.linalg.norm(offset - at[..., None] * along, axis=2).min(axis=1)
-    left = along[..., 0] * offset[..., 1] - along[..., 1] * offset[..., 0]
-    distance: NDArray[np.float64] = np.where((left >= 0.0).all(axis=1), -gap, gap)
-    return distance
+def _edge_lines(triangles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(T, 3, 3) the edges of counter-clockwise triangles (T, 3, 2): unit normal inwards, and offset."""
+    along = np.roll(triangles, -1, axis=1) - triangles
+    out = np.empty((len(triangles), 3, 3))
+    out[..., 0], out[..., 1] = -along[..., 1], along[..., 0]
+    out[..., :2] /= np.maximum(np.linalg.norm(along, axis=2), 1e-300)[..., None]
+    out[..., 2] = -(out[..., :2] * triangles).sum(axis=2)
+    return out
+
+
+def _inside(lines: NDArray[np.float64], point: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(T,) how far ``point`` (3,) is inside each triangle, from its nearest edge; negative outside."""
+    inside: NDArray[np.float64] = np.minimum.reduce(lines[..., :2] @ point[:2] + lines[..., 2], axis=1)
+    return inside
 
 
 def contact_event(kind: EventKind, turn: Turn, touch: Touch) -> Event:

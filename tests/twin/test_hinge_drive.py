@@ -81,4 +81,4 @@ def test_models_hold_what_their_drive_needs() -> None:
         assert one.rest.of(one.rest.names[2]) == 0.75
         assert one.rest.all().tolist() == [0.0, 0.0, 0.75, *[0.0] * (model.njnt - 3)]
         assert one.rest.elastic()[2] == -0.75
-        assert one.rest.largest_elastic() == 0.75
+        assert one.rest.extremes(1.0) == (0.75, True)

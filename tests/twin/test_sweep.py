@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.fold_plan import Clip, Fold, FoldPlan, Sheet
+from planner.goal_mesh import GoalMesh
 from planner.kinematics import rotation_about_line
 from tests.twin.hand_plans import (
     box,
@@ -124,6 +125,40 @@ def test_sheet_is_hit_until_it_is_clipped() -> None:
     free = [e for e in kinematic_sweep(compile_model(clipped), clipped).events if e.substrate]
     assert [e.substrate for e in blocked] and all(e.substrate == (8,) for e in blocked)
     assert free == []
+
+
+def sun(faces: int, arms: int = 32, quads: int = 20) -> GoalMesh:
+    """A flat polygon with an arm on every side that curls up by 2 degrees a crease; the last is shorter."""
+    side = 2 * np.pi / arms
+    corners = [[60 * np.cos(side * k), 60 * np.sin(side * k), 0.0] for k in range(arms)]
+    triangles = [[0, k, k + 1] for k in range(1, arms - 1)]
+    for k in range(arms):
+        out = np.array([np.cos(side * (k + 0.5)), np.sin(side * (k + 0.5)), 0.0])
+        near = [k, (k + 1) % arms]
+        for q in range(1, quads + 1):
+            lean = np.radians(2.0 * q)
+            step = 5.0 * (np.cos(lean) * out + np.sin(lean) * np.array([0.0, 0.0, 1.0]))
+            far = [len(corners), len(corners) + 1]
+            corners += [np.array(corners[n]) + step for n in near]
+            triangles += [[near[0], far[1], near[1]], [near[0], far[0], far[1]]]
+            near = far
+    return GoalMesh(np.array(corners), np.array(triangles[:faces]), name="sun")
+
+
+def test_a_net_of_1281_faces_is_compiled_and_swept() -> None:
+    """Clean as it is; and with its last crease turned almost shut, that step is hit and no other."""
+    net = breadth_first_net(sun(1281))
+    steps = outside_in_steps(net)
+    plan = plan_of(net, steps)
+    result = kinematic_sweep(compile_model(plan), plan)
+    assert len(net.faces) == 1281
+    assert result.turns == sum(isinstance(s, Fold) for s in steps) > 600
+    assert result.events == ()
+    *before, last = steps
+    assert isinstance(last, Fold)
+    shut = plan_of(net, [*before, Fold(last.crease, float(np.radians(179.0)))])
+    events = kinematic_sweep(compile_model(shut), shut).events
+    assert {(e.step, e.crease) for e in events} == {(len(before), last.crease)}
 
 
 def test_a_model_of_another_net_is_refused() -> None:
