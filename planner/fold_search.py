@@ -7,7 +7,6 @@ path between the faces that witness a failure and join the two parts elsewhere, 
 from __future__ import annotations
 
 import math
-import os
 import sys
 import threading
 import time
@@ -21,11 +20,12 @@ from numpy.typing import NDArray
 from planner.flat_layout import FlatLayout
 from planner.fold_problem import FlatTree, FoldProblem, FoldResult
 from planner.frame_strip import frame_strip
+from planner.processors import processors
 from planner.search_moves import OwnLimit, Trial, random_trial
 
 __all__ = [
     "Candidate", "SearchSettings", "axis_angles", "cost", "done", "flat_tree", "improve",
-    "judge", "processors", "search",
+    "judge", "search",
 ]  # fmt: skip
 
 KEPT, LINE = 5, 2
@@ -284,12 +284,6 @@ def search(
         finally:
             stop.set()
     return sorted([*(candidate for line in lines for candidate in line), *found], key=_by_cost)
-
-
-def processors() -> int:
-    """How many processors this process may use."""
-    usable = getattr(os, "sched_getaffinity", None)
-    return len(usable(0)) if usable else os.cpu_count() or 1
 
 
 def _judged(

@@ -9,6 +9,7 @@ milliseconds, and most nets fail by it.
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -17,13 +18,14 @@ from numpy.typing import NDArray
 
 from planner.dual_graph import DualGraph
 from planner.flat_layout import LEAST_TAB_EDGE_MM, FlatLayout
+from planner.processors import processors
 
 if TYPE_CHECKING:
     from planner.fold_problem import FoldProblem
 
 __all__ = ["MOST_FACES", "OwnNet", "OwnSight"]
 
-MOST_FACES = 600
+MOST_FACES = 500
 """Goals with more faces get no table: its time and size grow with the square of their number."""
 
 FRACTIONS = (0.0, 0.08, 0.16, 0.25, 0.34, 0.43, 0.52, 0.6, 0.68, 0.76, 0.83, 0.89, 0.94, 0.97, 0.99, 1.0)
@@ -32,7 +34,7 @@ FRACTIONS = (0.0, 0.08, 0.16, 0.25, 0.34, 0.43, 0.52, 0.6, 0.68, 0.76, 0.83, 0.8
 TILT_SHARES = (0.0, 0.18, -0.18, 0.38, -0.38, 0.6, -0.6, 0.8, -0.8, 0.9, 1.0, -1.0)
 """Tilts under which is looked, as shares of the limit."""
 
-HEADINGS = 24
+HEADINGS = 16
 """Directions of the rotary axis, over half a turn, for which the table holds."""
 
 WARM, COLD = 0.02, 3e-4
@@ -72,7 +74,7 @@ class OwnSight:
 
     def __init__(self, problem: FoldProblem) -> None:
         """Work the table out: about a second of processor time at 128 faces, growing with their square."""
-        from planner._kernels.shadow_kernels import hidden_bits, hiding_pairs
+        from planner._kernels.shadow_kernels import WORDS, hidden_bits, hiding_pairs
         from planner.fold_problem import SAFE_LOAD, SIGHT_RESERVE
 
         goal, limits = problem.goal, problem.limits
@@ -92,17 +94,25 @@ class OwnSight:
         wide = radius + limits.beam_spread * 2.0 * goal.longest_side_mm
         fractions = np.array(FRACTIONS)
         rows, used = hiding_pairs(corners, creases, lengths, angles, panels, fractions, steep, wide)
-        bits, leaning = hidden_bits(
-            corners, creases, lengths, angles, rows, int(used), fractions,
-            limits.max_tilt_rad * np.array(TILT_SHARES), math.pi * (np.arange(HEADINGS) + 0.5) / HEADINGS,
-            np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, radius, limits.beam_spread]),
-            problem.hidden_max * SIGHT_RESERVE, steep, wide,
-        )  # fmt: skip
+        bits = np.zeros((int(used) + len(creases), HEADINGS, WORDS), dtype=np.uint64)
+        tilts = limits.max_tilt_rad * np.array(TILT_SHARES)
+        headings = math.pi * (np.arange(HEADINGS) + 0.5) / HEADINGS
+        head = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, radius, limits.beam_spread])
+        parts = np.linspace(0, len(creases), processors() + 1).astype(np.int64)
+
+        def fill(part: int) -> None:
+            hidden_bits(
+                corners, creases, lengths, angles, rows, fractions, tilts, headings, head,
+                problem.hidden_max * SIGHT_RESERVE, steep, wide, parts[part], parts[part + 1], bits,
+            )  # fmt: skip
+
+        with ThreadPoolExecutor(len(parts) - 1) as pool:
+            list(pool.map(fill, range(len(parts) - 1)))
         double = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         load = limits.weight_n_mm2 / limits.plastic_moment_n
         self.table = (
             rows,
-            np.concatenate([bits, leaning]),
+            bits,
             np.column_stack([creases[:, :2].reshape(-1, 6), lengths, angles]),
             np.column_stack([problem.centroids_3d, 0.5 * np.linalg.norm(double, axis=1)]),
             np.array([goal.longest_side_mm, load, SAFE_LOAD, steep, *FRACTIONS]),

@@ -30,7 +30,6 @@ from planner.fold_search import (
     done,
     improve,
     judge,
-    processors,
     search,
 )
 from planner.insets import edge_insets
@@ -38,6 +37,7 @@ from planner.nearly_blooming import NetAttempt, certify, nearly_blooming
 from planner.net import Net
 from planner.pattern_check import with_pattern
 from planner.plan_on_sheet import plan_on_sheet, tree_of_net
+from planner.processors import processors
 
 __all__ = ["plan_folds"]
 

@@ -98,31 +98,30 @@ def hiding_pairs(corners, creases, lengths, angles, panels, fractions, steep, wi
 
 @entry
 def hidden_bits(  # type: ignore[no-untyped-def]
-    corners, creases, lengths, angles, rows, used, fractions, tilts, headings, head, hidden_max, steep, wide,
+    corners, creases, lengths, angles, rows, fractions, tilts, headings, head, hidden_max, steep, wide,
+    first, last, bits,
 ):  # fmt: skip
-    """The bits of every row, and those of the leaning child face itself.
+    """Set the bits of the rows of the creases from ``first`` to before ``last``.
 
     Args:
         corners, creases, lengths, angles, fractions, steep, wide: as in ``hiding_pairs``.
-        rows, used: from there.
+        rows: from there.
         tilts: (WORDS * PER_WORD,) rad.
         headings: (A,) directions of the rotary axis from the crease, rad.
         head: (8,) see ``beam_kernels``, parallel light.
         hidden_max: share of a crease that may be hidden.
-
-    Returns:
-        (bits (used, A, WORDS), own (D, A, WORDS)); a bit is set where the crease is hidden
+        first, last: the creases.
+        bits: (R + D, A, WORDS) set where the crease is hidden: by the face of a row; in the last D rows by the
+            leaning child itself.
     """
-    count = len(creases)
-    bits = np.zeros((used, len(headings), WORDS), np.uint64)
-    own = np.zeros((count, len(headings), WORDS), np.uint64)
+    leaning = len(bits) - len(creases)
     beams = np.zeros((len(headings), len(tilts), BEAM_SIZE))
     for a in range(len(headings)):
         for t in range(len(tilts)):
             aim(tilts[t], math.cos(headings[a]), math.sin(headings[a]), head, beams[a, t])
     tri, now, covered = np.empty((3, 3)), np.empty((3, 3)), np.empty(2)
     one = np.uint64(1)
-    for d in range(count):
+    for d in range(first, last):
         wanted = abs(angles[d])
         if wanted == 0.0:
             continue
@@ -131,7 +130,7 @@ def hidden_bits(  # type: ignore[no-untyped-def]
                 most = lean(beams[a, t], 0.0, 0.0, 1.0, 0.0, 1.0) + OVERHANG_RAD
                 for k in range(len(fractions)):
                     if fractions[k] * wanted > most:
-                        own[d, a, t // PER_WORD] |= one << np.uint64((t % PER_WORD) * SAMPLES + k)
+                        bits[leaning + d, a, t // PER_WORD] |= one << np.uint64((t % PER_WORD) * SAMPLES + k)
         for x in range(len(corners)):
             row = rows[d, x]
             if row < 0:
@@ -154,7 +153,6 @@ def hidden_bits(  # type: ignore[no-untyped-def]
                             share = min(covered[1], 1.0 - END_SHARE) - max(covered[0], END_SHARE)
                             if share > hidden_max * (1.0 - 2.0 * END_SHARE):
                                 bits[row, a, t // PER_WORD] |= one << np.uint64((t % PER_WORD) * SAMPLES + k)
-    return bits, own
 
 
 @inner
