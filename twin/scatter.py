@@ -8,7 +8,6 @@ same bits on any number of cores.
 from __future__ import annotations
 
 import math
-import os
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -17,12 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.fold_plan import FoldPlan
+from planner.processors import processors
 from twin.scatter_contact import ContactReplay, Replayed
 from twin.scatter_draws import CHUNK, FoldTurn, ScatterFigures, TouchUp, draw_turns
 from twin.scatter_shares import CreaseShare, VarianceShares, variance_shares
 from twin.shape_error import folded_draws, shape_errors
 
-__all__ = ["HitPair", "ScatterResult", "Spread", "cores", "run_scatter", "wilson_interval"]
+__all__ = ["HitPair", "ScatterResult", "Spread", "run_scatter", "wilson_interval"]
 
 PERCENTILES = (5.0, 50.0, 95.0)
 """Percentiles that a spread reports."""
@@ -116,13 +116,6 @@ class ScatterResult:
         return tuple(c.crease for c in self.creases)
 
 
-def cores() -> int:
-    """Processor cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
 def wilson_interval(good: int, count: int) -> tuple[float, float]:
     """Confidence interval of 95 % of a probability of which ``good`` of ``count`` trials were seen.
 
@@ -178,7 +171,7 @@ def run_scatter(
     chunks = [
         (n, min(CHUNK, draws - n * CHUNK)) for n in range((draws + CHUNK - 1) // CHUNK)
     ]  # fmt: skip
-    parts = _on_all_cores(job, chunks, workers or cores(), on_progress)
+    parts = _on_all_cores(job, chunks, workers or processors(), on_progress)
     shares = variance_shares(plan.net, turns, given) if turns else VarianceShares(0.0, (), 0.0)
     planned = float(shape_errors(plan.net, folded_draws(plan.net, job.wanted[None]))[0][0])
     ways = [_spread(plan, [p[way] for p in parts], planned, tolerance_rel) for way in range(1 + touch_up)]
