@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.errors import PlanError
 from planner.fold_plan import Sheet
-from planner.fold_problem import FoldProblem
+from planner.fold_problem import FoldProblem, FoldResult
 from planner.fold_search import Candidate, SearchSettings, axis_angles, cost, judge
 from planner.net import Net
 from planner.placement import place_net
@@ -21,8 +21,11 @@ from planner.substrate import make_sheet
 
 __all__ = ["Finalist", "NetOf", "improve_on_sheet", "on_its_sheet"]
 
-WARM, COLD = 0.005, 5e-4
+WARM, COLD = 0.005, 2e-4
 """Temperatures between which the annealing on the sheet cools down."""
+
+SPOILT = 0.002
+"""A sheet that adds more than this cost to a net spoils it."""
 
 NetOf = Callable[[Candidate], tuple[Net, float | None]]
 """The net of a candidate, and the direction of the rotary axis in it (None: any that fits)."""
@@ -73,10 +76,12 @@ def improve_on_sheet(
     most_sheets: int,
     without: Collection[str] = (),
 ) -> Finalist:
-    """Anneal on from a finalist, with the sheet in the way of every net that is taken up.
+    """Anneal on from a finalist, with the sheet in the way.
 
-    The same moves as in ``fold_search.improve``, driven by what stops the folds on the sheet. A sheet is made
-    only for a net that would be taken up without it, since the sheet only takes away.
+    The same moves as in ``fold_search.improve``, driven by what stops the folds on the sheet. A sheet takes
+    as long as many folds, and only takes away. While it costs the net nothing, the annealing goes on without
+    it, and only a net that would be the best is folded on its sheet; if that spoils it, the annealing goes
+    back to the best one. While it does cost something, every net gets its sheet that would be taken up.
 
     Args:
         start: where to start.
@@ -91,30 +96,56 @@ def improve_on_sheet(
     """
     rng = np.random.default_rng(settings.seed)
     axes = axis_angles(problem)
-    current = best = start
+    now = best = _State.of(start)
     sheets, began = 0, time.monotonic()
-    for _ in range(settings.evaluations):
-        if sheets >= most_sheets or settings.late or (best.folded.result.cause == 0).all():
+    for step in range(settings.evaluations):
+        if sheets >= most_sheets or settings.late or (best.result.cause == 0).all():
             break
-        temperature = WARM * (COLD / WARM) ** settings.share(sheets / max(1, most_sheets - 1), began)
-        bar = current.cost - temperature * math.log(1.0 - rng.random())
-        now = current.candidate
+        work = max(sheets / max(1, most_sheets - 1), step / max(1, settings.evaluations - 1))
+        temperature = WARM * (COLD / WARM) ** settings.share(work, began)
+        bar = now.cost - temperature * math.log(1.0 - rng.random())
+        net = now.candidate
         move = random_trial(
-            now.trial, now.tree, current.folded.result, rng, axes, fixed_base=settings.fixed_base,
-            fixed_net=settings.fixed_net, own=now.own_limit(problem, now.cost + bar - current.cost),
+            net.trial, net.tree, now.result, rng, axes, fixed_base=settings.fixed_base,
+            fixed_net=settings.fixed_net, own=net.own_limit(problem, net.cost + bar - now.cost),
         )  # fmt: skip
         if move is None:
             continue
         trial = judge(move.layout, problem, move.axis_rad, bar, move.after, move.own)
         if trial.cost > bar or not math.isfinite(trial.cost):
             continue
+        if trial.cost >= best.cost and not now.spoilt:
+            now = _State(trial, trial.cost, trial.result)
+            continue
         sheets += 1
         try:
-            finalist = on_its_sheet(trial, net_of, problem, without)
+            found = _State.of(on_its_sheet(trial, net_of, problem, without))
         except PlanError:
-            continue  # it does not fit, or nothing can hold its base
-        if finalist.cost <= bar:
-            current = finalist
-        if finalist.cost < best.cost:
-            best = finalist
-    return best
+            found = None  # it does not fit, or nothing can hold its base
+        if found is not None and found.cost < best.cost:
+            best = now = found
+        elif found is not None and found.cost <= bar:
+            now = found
+        elif not now.spoilt:
+            now = best
+    assert best.finalist is not None  # noqa: S101 - only nets on their sheets become the best
+    return best.finalist
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """A net in the annealing: with the result and cost on its sheet, or, if that was not made, without."""
+
+    candidate: Candidate
+    cost: float
+    result: FoldResult
+    finalist: Finalist | None = None
+
+    @staticmethod
+    def of(finalist: Finalist) -> _State:
+        return _State(finalist.candidate, finalist.cost, finalist.folded.result, finalist)
+
+    @property
+    def spoilt(self) -> bool:
+        """True if the sheet costs it something."""
+        return self.cost > self.candidate.cost + SPOILT

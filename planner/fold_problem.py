@@ -143,6 +143,7 @@ class FoldProblem:
         self.use_contact = "contact" not in without
         self.use_sight = "sight" not in without
         self.use_substrate = "substrate" not in without
+        self.use_held = "held" not in without
         self.rotary = rotary_angles(limits.max_tilt_rad)
         self.fine = fine_tilts(limits.max_tilt_rad)
         self.grazes = np.radians(GRAZES_DEG) if limits.max_tilt_rad > 0.0 else np.zeros(0)

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from planner.flat_layout import FlatLayout
 from planner.fold_problem import FlatTree, FoldProblem, FoldResult
 from planner.frame_strip import frame_strip
+from planner.hold_gap import hold_gap
 from planner.processors import processors
 from planner.search_moves import OwnLimit, Trial, random_trial
 
@@ -35,9 +36,6 @@ last nets differ little on the sheet."""
 SEED_STEP = 7919
 """Distance between the seeds of the chains."""
 
-BEST_KEPT = 2
-"""Nets from which the chains go on in the end."""
-
 WARM, COLD = 0.01, 2e-4
 """Temperatures between which the annealing cools down, in cost."""
 
@@ -48,16 +46,14 @@ not more than the limit."""
 OWN_ERROR = 0.25
 """What ``OwnSight`` may be wrong by besides, in cost times faces: a closing slit is seen at few angles."""
 
-STARTS_SHARE, ROUNDS_SHARE = 0.15, 0.65
-"""Where there is a deadline: share of the time for the starting nets at most, and when the chains are through
-with starting afresh. Then each goes on from one of the best nets of all."""
+GAP_COST, CELL_COST, MOST_CELLS = 0.01, 0.004, 12
+"""Cost of a net whose base nothing could hold but what the folds sweep: at all, and for each cell of that."""
+
+STARTS_SHARE = 0.15
+"""Where there is a deadline: share of the time for the starting nets at most."""
 
 ROUND_NETS, MOST_ROUNDS = 2500, 6
-"""Nets that a chain is to fold before it starts afresh, and how often it does so at most. Where the time is
-too short to do so twice, one annealing takes all of it."""
-
-REHEAT = 0.3
-"""That last annealing starts colder by this factor."""
+"""Nets that a chain is to fold before it starts afresh, and how often it anneals at most."""
 
 OWN_SLACK = 0.5
 """A net is not folded if by ``OwnSight`` it cannot be taken up, unless it may fold better otherwise by this
@@ -80,7 +76,6 @@ class SearchSettings:
         deadline: ``time.monotonic()`` at which the search stops with what it has; until then it anneals in
             rounds, each of which cools down in its time. Such a search depends on the machine. None: one
             round, and the result depends on the input and seed only.
-        warm: temperature at which an annealing starts, in cost.
     """
 
     chains: int
@@ -89,7 +84,6 @@ class SearchSettings:
     fixed_base: bool = False
     fixed_net: bool = False
     deadline: float | None = None
-    warm: float = WARM
 
     @property
     def late(self) -> bool:
@@ -181,9 +175,18 @@ def judge(
     frame = frame_strip(tree, problem.limits) if problem.use_substrate else None
     result = problem.fold(tree, obstacles=frame, give_up=give_up, after=after)
     weight = cost(result, problem) if fits(tree, problem) else math.inf
+    if weight <= give_up and math.isfinite(weight) and problem.use_held and problem.use_substrate:
+        weight += hold_cost(hold_gap(tree, result, problem))
     if own is None:
         own = 0.0 if problem.own_sight is None else problem.own_sight.cost(layout, axis_rad)[0]
     return Candidate(layout, axis_rad, tree, result, weight, after, own)
+
+
+def hold_cost(gap: int) -> float:
+    """What it costs a net that its folds sweep all the sheet that could hold its base, see ``hold_gap``."""
+    if gap == 0:
+        return 0.0
+    return GAP_COST + CELL_COST * min(gap, MOST_CELLS) if gap > 0 else GAP_COST + CELL_COST * MOST_CELLS
 
 
 def cost(result: FoldResult, problem: FoldProblem) -> float:
@@ -243,7 +246,7 @@ def search(
     if settings.deadline is not None:
         judge(found[0].layout, problem, found[0].axis_rad)
         one = (time.monotonic() - annealing) * settings.chains / min(settings.chains, processors())
-        rounds = int(ROUNDS_SHARE * (settings.deadline - annealing) / (ROUND_NETS * max(1e-4, one)))
+        rounds = int((settings.deadline - annealing) / (ROUND_NETS * max(1e-4, one)))
         rounds = max(1, min(MOST_ROUNDS, rounds))
 
     def report(number: int, step: int, best: Candidate) -> None:
@@ -260,23 +263,16 @@ def search(
     def chain(number: int) -> None:
         if settings.deadline is None:
             now = replace(settings, seed=settings.seed + SEED_STEP * number)
-            return anneal(number, found[number % len(found)], now)
-        for turn in range(rounds + 1 if rounds > 1 else 1):
+            anneal(number, found[number % len(found)], now)
+            return
+        for turn in range(rounds):
             if stop.is_set() or settings.late or any(line and done(line[0]) for line in lines):
-                return None
+                return
             which = number + turn * settings.chains
-            share, warm, start = 1.0, REHEAT * settings.warm, found[which % len(found)]
-            if turn < rounds:
-                share = ROUNDS_SHARE * (turn + 1) / rounds if rounds > 1 else 1.0
-                warm = settings.warm
-            else:
-                tops = sorted((line[0] for line in lines if line), key=_by_cost)
-                start = tops[number % min(len(tops), BEST_KEPT)]
-            anneal(number, start, replace(
-                settings, seed=settings.seed + SEED_STEP * which, warm=warm, evaluations=sys.maxsize,
-                deadline=annealing + share * (settings.deadline - annealing),
+            until = annealing + (turn + 1) / rounds * (settings.deadline - annealing)
+            anneal(number, found[which % len(found)], replace(
+                settings, seed=settings.seed + SEED_STEP * which, evaluations=sys.maxsize, deadline=until,
             ))  # fmt: skip
-        return None
 
     with ThreadPoolExecutor(settings.chains) as pool:  # the fold planner runs without the interpreter lock
         try:
@@ -347,9 +343,7 @@ def improve(
     for step in range(settings.evaluations):
         if done(best) or settings.late or (stop is not None and stop.is_set()):
             break
-        temperature = settings.warm * (COLD / settings.warm) ** settings.share(
-            step / max(1, settings.evaluations - 1), began
-        )
+        temperature = WARM * (COLD / WARM) ** settings.share(step / max(1, settings.evaluations - 1), began)
         # the cost that would still be accepted, drawn beforehand so that hopeless nets can be given up
         bar = current.cost - temperature * math.log(1.0 - rng.random())
         move = random_trial(

@@ -54,7 +54,7 @@ EVALUATION_BUDGET, MOST_EVALUATIONS = 140_000, 2800
 SHEETS = 60
 """Sheets made in one chain of the search that goes on where the best nets lose folds to their sheets."""
 
-SEARCH_SHARE = 0.75
+SEARCH_SHARE = 0.5
 """Share of the time that is given which goes to the search without the sheet; the rest to that with it."""
 
 LEAST_CHAINS = 2

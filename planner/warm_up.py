@@ -119,6 +119,7 @@ def compile_fold_kernels() -> None:
     from planner.fold_problem import FlatTree, FoldProblem
     from planner.fold_state import FoldState, beams_of_side
     from planner.goal_mesh import GoalMesh
+    from planner.hold_gap import hold_gap
     from planner.sheet_hits import sheet_hits
 
     points = np.array([[0.0, 0.0, 0.0], [20.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 20.0]])
@@ -133,7 +134,9 @@ def compile_fold_kernels() -> None:
     )
     goal = GoalMesh(points, np.array([[0, 1, 2], [1, 0, 3]]), "two triangles")
     problem = FoldProblem(goal, np.full((2, 3), 0.1), MachineLimits())
-    sheet_hits(tree, problem.fold(tree), problem, problem.solids(tree))
+    result = problem.fold(tree)
+    sheet_hits(tree, result, problem, problem.solids(tree))
+    hold_gap(tree, result, problem)
     FoldState(problem, tree).reach(1, beams_of_side(0.1, top=True))
 
 
@@ -141,6 +144,7 @@ def _load_kernels() -> None:
     """Import every module that defines kernels."""
     from planner._kernels import (
         base_kernels,
+        hold_kernels,
         nb_kernels,
         net_kernels,
         no_good_kernels,
@@ -154,8 +158,16 @@ def _load_kernels() -> None:
         view_kernels,
     )
 
-    del base_kernels, nb_kernels, net_kernels, no_good_kernels, overlap_kernels, own_sight_kernels
-    del plan_kernels, restore_kernels, search_kernels, shadow_kernels, tree_kernels, view_kernels
+    del base_kernels, hold_kernels, nb_kernels, net_kernels, no_good_kernels, overlap_kernels
+    del (
+        own_sight_kernels,
+        plan_kernels,
+        restore_kernels,
+        search_kernels,
+        shadow_kernels,
+        tree_kernels,
+        view_kernels,
+    )
 
 
 @contextmanager

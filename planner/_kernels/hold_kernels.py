@@ -1,0 +1,195 @@
+"""How the base of a folded net could be held: cells of the sheet that no fold sweeps, from the base to the frame."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from planner._kernels.compiled import entry, inner
+from planner._kernels.plan_kernels import STEP_FOLD
+
+FREE, SWEPT, NET, OUTSIDE = 0, 1, 2, 3
+"""What a cell is."""
+
+SAMPLE_CELLS = 0.75
+"""Distance between the points of a face that are followed, in cells."""
+
+NEAR_CELLS = 0.6
+"""A cell belongs to the net if its middle is at most so far from a face."""
+
+
+@inner
+def _mark_net(cells, corners, x0, y0, cell):  # type: ignore[no-untyped-def]
+    """Mark the cells of the flat net."""
+    near = NEAR_CELLS * cell
+    for f in range(len(corners)):
+        lo_x, hi_x, lo_y, hi_y = np.inf, -np.inf, np.inf, -np.inf
+        for k in range(3):
+            lo_x, hi_x = min(lo_x, corners[f, k, 0]), max(hi_x, corners[f, k, 0])
+            lo_y, hi_y = min(lo_y, corners[f, k, 1]), max(hi_y, corners[f, k, 1])
+        for i in range(int((lo_x - near - x0) / cell), int((hi_x + near - x0) / cell) + 1):
+            for j in range(int((lo_y - near - y0) / cell), int((hi_y + near - y0) / cell) + 1):
+                px, py = x0 + (i + 0.5) * cell, y0 + (j + 0.5) * cell
+                inside = True
+                for k in range(3):
+                    n = 0 if k == 2 else k + 1
+                    ex, ey = corners[f, n, 0] - corners[f, k, 0], corners[f, n, 1] - corners[f, k, 1]
+                    side = ex * (py - corners[f, k, 1]) - ey * (px - corners[f, k, 0])
+                    inside = inside and side >= -near * math.sqrt(ex * ex + ey * ey)
+                if inside:
+                    cells[i, j] = NET
+
+
+@inner
+def _sweep(cells, tri, x0, y0, cell, hinge, turn):  # type: ignore[no-untyped-def]
+    """Mark the free cells through which points of a face pass while it turns about a crease by ``turn``."""
+    ox, oy, ux, uy = hinge[0], hinge[1], hinge[2], hinge[3]
+    longest = 0.0
+    for k in range(3):
+        n = 0 if k == 2 else k + 1
+        d = tri[n] - tri[k]
+        longest = max(longest, math.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]))
+    count = max(1, math.ceil(longest / (SAMPLE_CELLS * cell)))
+    for a in range(count + 1):
+        for b in range(count + 1 - a):
+            p = tri[0] + (tri[1] - tri[0]) * (a / count) + (tri[2] - tri[0]) * (b / count)
+            along = (p[0] - ox) * ux + (p[1] - oy) * uy
+            across = (p[1] - oy) * ux - (p[0] - ox) * uy
+            if abs(p[2]) < 1e-6:
+                continue  # it lies in the sheet and leaves it
+            reach = math.sqrt(across * across + p[2] * p[2])
+            angle = math.atan2(p[2], across)
+            for side in range(2):
+                # the angle at which it lies in the sheet: on the side across, or on the other
+                way = (-angle if side == 0 else math.pi - angle) * (1.0 if turn > 0.0 else -1.0)
+                while way < 0.0:
+                    way += 2.0 * math.pi
+                if way >= abs(turn):
+                    continue
+                y = reach if side == 0 else -reach
+                i = int((ox + along * ux - y * uy - x0) / cell)
+                j = int((oy + along * uy + y * ux - y0) / cell)
+                if 0 <= i < cells.shape[0] and 0 <= j < cells.shape[1] and cells[i, j] == FREE:
+                    cells[i, j] = SWEPT
+
+
+@inner
+def _fewest_swept(cells, starts, count):  # type: ignore[no-untyped-def]
+    """Fewest swept cells on a way from the starts to the outside; -1 if the net is in every way."""
+    rows, columns = cells.shape
+    far = rows * columns + 1
+    cost = np.full((rows, columns), far, np.int64)
+    now, later = np.empty((8 * far, 2), np.int64), np.empty((8 * far, 2), np.int64)
+    used = 0
+    for s in range(count):
+        i, j = starts[s, 0], starts[s, 1]
+        if cells[i, j] != NET:
+            cost[i, j] = 1 if cells[i, j] == SWEPT else 0
+            now[used, 0], now[used, 1] = i, j
+            used += 1
+    level = 0
+    best = far
+    while used > 0 and level < best:
+        waiting = 0
+        while used > 0:
+            used -= 1
+            i, j = now[used, 0], now[used, 1]
+            if cost[i, j] > level:
+                if waiting < len(later):
+                    later[waiting, 0], later[waiting, 1] = i, j
+                    waiting += 1
+                continue
+            if cells[i, j] == OUTSIDE:
+                best = min(best, cost[i, j])
+                continue
+            for k in range(4):
+                p = i + (1 if k == 0 else -1 if k == 1 else 0)
+                q = j + (1 if k == 2 else -1 if k == 3 else 0)
+                if not (0 <= p < rows and 0 <= q < columns) or cells[p, q] == NET:
+                    continue
+                new = cost[i, j] + (1 if cells[p, q] == SWEPT else 0)
+                if new < cost[p, q]:
+                    cost[p, q] = new
+                    if new == level and used < len(now):
+                        now[used, 0], now[used, 1] = p, q
+                        used += 1
+                    elif waiting < len(later):
+                        later[waiting, 0], later[waiting, 1] = p, q
+                        waiting += 1
+        now, later, used = later, now, waiting
+        level += 1
+    return best if best < far else -1
+
+
+@entry
+def hold_gap(corners, preorder, first, last, hinges, panel, steps, base, room, cell, least):  # type: ignore[no-untyped-def]
+    """Cells swept by the folds that lie between the base panel and the frame, at least, on any way around the net.
+
+    Args:
+        corners: (F, 3, 2) the flat net, mm.
+        preorder, first, last, hinges: as in ``fold_greedily``.
+        panel: (F,) flat panel of each face.
+        steps: (S, 3) as from there.
+        base: the stationary face.
+        room: gap between the net and the frame, mm.
+        cell: side of a cell, mm.
+        least: sides of the base panel from this length on can hold a tab, mm.
+
+    Returns:
+        number of cells; -1 if the net leaves no way, or the base panel no free side
+    """
+    n = len(corners)
+    flat = corners.reshape(-1, 2)
+    x0, y0 = flat[:, 0].min() - room - 2.0 * cell, flat[:, 1].min() - room - 2.0 * cell
+    rows = int((flat[:, 0].max() + room - x0) / cell) + 3
+    columns = int((flat[:, 1].max() + room - y0) / cell) + 3
+    cells = np.zeros((rows, columns), np.int8)
+    for i in range(rows):
+        for j in range(columns):
+            if min(i, j, rows - 1 - i, columns - 1 - j) < 2:
+                cells[i, j] = OUTSIDE
+    _mark_net(cells, corners, x0, y0, cell)
+    solids = np.zeros((n, 3, 3))
+    solids[:, :, :2] = corners
+    angle = np.zeros(n)
+    for step in range(len(steps)):
+        if steps[step, 0] != STEP_FOLD:
+            continue
+        f = int(steps[step, 1])
+        turn = steps[step, 2] - angle[f]
+        angle[f] = steps[step, 2]
+        c, s = math.cos(turn), math.sin(turn)
+        ox, oy, ux, uy = hinges[f, 0], hinges[f, 1], hinges[f, 2], hinges[f, 3]
+        for m in preorder[first[f] : last[f]]:
+            _sweep(cells, solids[m], x0, y0, cell, hinges[f], turn)
+            for k in range(3):
+                dx, dy, z = solids[m, k, 0] - ox, solids[m, k, 1] - oy, solids[m, k, 2]
+                along, across = dx * ux + dy * uy, dy * ux - dx * uy
+                across, z = across * c - z * s, across * s + z * c
+                solids[m, k, 0], solids[m, k, 1] = (
+                    ox + along * ux - across * uy,
+                    oy + along * uy + across * ux,
+                )
+                solids[m, k, 2] = z
+    starts, count = np.empty((rows * columns, 2), np.int64), 0
+    for f in range(n):
+        if panel[f] != panel[base]:
+            continue
+        for k in range(3):
+            e = 0 if k == 2 else k + 1
+            dx, dy = corners[f, e, 0] - corners[f, k, 0], corners[f, e, 1] - corners[f, k, 1]
+            length = math.sqrt(dx * dx + dy * dy)
+            if length < least:
+                continue
+            points = max(1, int(length / cell))
+            for p in range(points):
+                share = (p + 0.5) / points
+                # a little outside of the side; on a crease or a joint the net is there
+                x = corners[f, k, 0] + share * dx + 1.2 * cell * dy / length
+                y = corners[f, k, 1] + share * dy - 1.2 * cell * dx / length
+                i, j = int((x - x0) / cell), int((y - y0) / cell)
+                if cells[i, j] != NET and count < len(starts):
+                    starts[count, 0], starts[count, 1] = i, j
+                    count += 1
+    return _fewest_swept(cells, starts, count)
