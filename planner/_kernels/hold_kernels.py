@@ -15,6 +15,9 @@ FREE, SWEPT, NET, OUTSIDE = 0, 1, 2, 3
 SAMPLE_CELLS = 0.75
 """Distance between the points of a face that are followed, in cells."""
 
+BESIDE_CELLS = 0.5
+"""A point sweeps the cells so far beside it, along both axes."""
+
 NEAR_CELLS = 0.6
 """A cell belongs to the net if its middle is at most so far from a face."""
 
@@ -68,10 +71,12 @@ def _sweep(cells, tri, x0, y0, cell, hinge, turn):  # type: ignore[no-untyped-de
                 if way >= abs(turn):
                     continue
                 y = reach if side == 0 else -reach
-                i = int((ox + along * ux - y * uy - x0) / cell)
-                j = int((oy + along * uy + y * ux - y0) / cell)
-                if 0 <= i < cells.shape[0] and 0 <= j < cells.shape[1] and cells[i, j] == FREE:
-                    cells[i, j] = SWEPT
+                at_x, at_y = (ox + along * ux - y * uy - x0) / cell, (oy + along * uy + y * ux - y0) / cell
+                for corner in range(4):
+                    i = int(at_x + (BESIDE_CELLS if corner % 2 == 0 else -BESIDE_CELLS))
+                    j = int(at_y + (BESIDE_CELLS if corner < 2 else -BESIDE_CELLS))
+                    if 0 <= i < cells.shape[0] and 0 <= j < cells.shape[1] and cells[i, j] == FREE:
+                        cells[i, j] = SWEPT
 
 
 @inner
