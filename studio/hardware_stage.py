@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from twin.shadow import Shadow
     from twin.workpiece import Workpiece
 
-__all__ = ["Before", "Hardware", "hardware", "shadow_of_journal"]
+__all__ = ["Before", "Hardware", "folds", "hardware", "shadow_of_journal"]
 
 
 @dataclass(frozen=True)
@@ -79,6 +79,11 @@ class Hardware:
         return out
 
 
+def folds(ws: Workspace) -> bool:
+    """True if the bundle has a plan; a test strip has none, and nothing of it turns."""
+    return ws.path("plan.json").is_file()
+
+
 @contextlib.contextmanager
 def hardware(
     ws: Workspace,
@@ -114,13 +119,17 @@ def hardware(
 
     with contextlib.ExitStack() as stack:
         made: Shadow | None = None
-        part = workpiece_of(ws) if before is None else before.shadow.part
+        part = None if before is None else before.shadow.part
+        if part is None and (shadow or measure is not None or folds(ws)):
+            part = workpiece_of(ws)
         if shadow:
+            assert part is not None  # noqa: S101
             due = None if before is None else before.left
             made = Shadow(job, ws.rig, part, lit, steered=measure is not None, due=due)
             made.wanted = made.wanted if before is None else before.shadow.wanted
         steering: AngleSteering | None = None
         if measure is not None:
+            assert part is not None  # noqa: S101
             from rigs.angle_steering import AngleSteering
 
             if not lit:
@@ -135,11 +144,11 @@ def hardware(
             )  # fmt: skip
         turns = encoder_of(ws, encoder, trace, stack) if encoder is not None else None
         watches: list[Watch] = [w for w in (turns, made) if w is not None]
-        if (
-            lit
-        ):  # turns with the part as it is by now: as the shadow has it, else as the confirmed passes fold it
+        if lit and part is not None:
+            # turns with the part as it is by now: as the shadow has it, else as the confirmed passes fold it
+            angles = part.angles_rad
             watches += [] if shadow else [VirtualPart(job, part)]
-            watches.append(TurnCheck(ws.plan, job, lambda: part.angles_rad))
+            watches.append(TurnCheck(ws.plan, job, lambda: angles))
         yield Hardware(Watches(*watches) if watches else None, steering, made, turns)
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from studio.errors import UsageError
 from studio.gauges import is_virtual, workpiece_of
-from studio.hardware_stage import Before, hardware
+from studio.hardware_stage import Before, folds, hardware
 from studio.live_stage import replay_view, watched
 from studio.replay_stage import (
     EMULATOR,
@@ -143,8 +143,10 @@ def resume_stage(
     )
     plan = resume_job(job, left)
     with contextlib.ExitStack() as stack:
-        before = _before(ws, job, sheet, left, counted, now, choice)
-        seen = stack.enter_context(replay_view(ws, job, "arm", beside.view_port, before.shadow.part))
+        # of a test strip no part is followed
+        before = _before(ws, job, sheet, left, counted, now, choice) if folds(ws) else None
+        part = None if before is None else before.shadow.part
+        seen = stack.enter_context(replay_view(ws, job, "arm", beside.view_port, part))
         trace: Path | None = None
         if port == EMULATOR and (is_virtual(beside.measure) or is_virtual(beside.encoder)):
             trace = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "trace.jsonl"

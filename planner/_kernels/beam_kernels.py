@@ -17,6 +17,9 @@ HEAD_FINITE, HEAD_ALONG, HEAD_ACROSS, HEAD_HEIGHT, HEAD_OX, HEAD_OY, HEAD_RADIUS
 """Places in a head: parallel light (0) or from a point (1); that point from the origin on the rotary axis, along
 it, across and above; the origin in the plane of the net; the beam's radius and spread."""
 
+SECANTS = 12
+"""Steps at most in which a tilt is found under light from a point."""
+
 OVERHANG_RAD = math.radians(0.5)
 """A face may lean over its crease by this much, seen along the beam."""
 
@@ -81,11 +84,18 @@ def tilt_for_lean(wanted, upright, ex, ey, head, mx, my, ux, uy, sign, beam):  #
         return np.inf
     tilt = math.atan(math.cos(wanted) / (math.sin(wanted) * along))
     if head[HEAD_FINITE] != 0.0:
-        aim_at = wanted
-        for _ in range(3):  # the direction of the light changes slowly over the sheet
-            aim(upright + tilt, ex, ey, head, beam)
-            aim_at += wanted - lean(beam, mx, my, ux, uy, sign)
-            if not 0.0 < aim_at < math.pi:
+        # where the light comes from changes with the tilt: secants from the parallel answer
+        before, off_before = 0.0, 0.0
+        for k in range(SECANTS):
+            if abs(tilt) >= 0.5 * math.pi:
                 return np.inf
-            tilt = math.atan(math.cos(aim_at) / (math.sin(aim_at) * along))
+            aim(upright + tilt, ex, ey, head, beam)
+            off = lean(beam, mx, my, ux, uy, sign) - wanted
+            if abs(off) < 1e-12:
+                break
+            step = -off / along if k == 0 else off * (tilt - before) / (off - off_before)
+            if not abs(step) < math.pi:
+                return np.inf
+            before, off_before = tilt, off
+            tilt -= step
     return tilt

@@ -10,7 +10,7 @@ from planner.dual_graph import DualGraph
 from planner.flat_layout import FlatLayout
 from planner.fold_plan import MachineLimits
 from planner.fold_problem import FoldProblem, panel_numbers, rotary_angles, shape_rms
-from planner.fold_search import SearchSettings, flat_tree, judge, search
+from planner.fold_search import SearchSettings, cost, flat_tree, judge, search
 from planner.goal_mesh import GoalMesh
 from planner.insets import edge_insets
 from tests.planner.fold_referee import broken_rules, poses
@@ -229,6 +229,7 @@ def test_load_of_a_cantilever_is_weight_times_arm():
 def test_giving_up_early_never_praises_a_net():
     problem, layouts = problem_of("ball", 0.0)
     whole = judge(layouts[0], problem, 0.0)
-    stopped = judge(layouts[0], problem, 0.0, give_up=0.25 * whole.cost)
-    assert stopped.cost > 0.25 * whole.cost
+    bar = 0.25 * cost(whole.result, problem)
+    stopped = judge(layouts[0], problem, 0.0, give_up=bar)
+    assert stopped.cost > bar
     assert len(stopped.result.steps) < len(whole.result.steps)
