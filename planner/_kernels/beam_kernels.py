@@ -17,8 +17,8 @@ HEAD_FINITE, HEAD_ALONG, HEAD_ACROSS, HEAD_HEIGHT, HEAD_OX, HEAD_OY, HEAD_RADIUS
 """Places in a head: parallel light (0) or from a point (1); that point from the origin on the rotary axis, along
 it, across and above; the origin in the plane of the net; the beam's radius and spread."""
 
-SECANTS = 12
-"""Steps at most in which a tilt is found under light from a point."""
+MOST_TILT_RAD, HALVES = 1.25, 40
+"""Under light from a point a tilt is looked for up to this, and the range is halved so often."""
 
 OVERHANG_RAD = math.radians(0.5)
 """A face may lean over its crease by this much, seen along the beam."""
@@ -84,18 +84,18 @@ def tilt_for_lean(wanted, upright, ex, ey, head, mx, my, ux, uy, sign, beam):  #
         return np.inf
     tilt = math.atan(math.cos(wanted) / (math.sin(wanted) * along))
     if head[HEAD_FINITE] != 0.0:
-        # where the light comes from changes with the tilt: secants from the parallel answer
-        before, off_before = 0.0, 0.0
-        for k in range(SECANTS):
-            if abs(tilt) >= 0.5 * math.pi:
-                return np.inf
+        # where the light comes from changes with the tilt: by halves
+        low, high = -MOST_TILT_RAD, MOST_TILT_RAD
+        aim(upright + low, ex, ey, head, beam)
+        rising = lean(beam, mx, my, ux, uy, sign) < wanted
+        aim(upright + high, ex, ey, head, beam)
+        if rising == (lean(beam, mx, my, ux, uy, sign) < wanted):
+            return np.inf
+        for _ in range(HALVES):
+            tilt = 0.5 * (low + high)
             aim(upright + tilt, ex, ey, head, beam)
-            off = lean(beam, mx, my, ux, uy, sign) - wanted
-            if abs(off) < 1e-12:
-                break
-            step = -off / along if k == 0 else off * (tilt - before) / (off - off_before)
-            if not abs(step) < math.pi:
-                return np.inf
-            before, off_before = tilt, off
-            tilt -= step
+            if (lean(beam, mx, my, ux, uy, sign) < wanted) == rising:
+                low = tilt
+            else:
+                high = tilt
     return tilt
