@@ -22,7 +22,7 @@ from planner import MachineLimits, make_net, read_goal
 from planner._kernels.contact_kernels import turn_contact
 from planner._kernels.plan_kernels import turn_solids
 from planner._kernels.tree_kernels import subtree_ranges
-from planner.fold_problem import FoldProblem, bounding_spheres, hinge_lines
+from planner.fold_problem import FoldProblem, bounding_spheres
 from planner.goal_mesh import GoalMesh
 from planner.insets import edge_insets
 from planner.plan_on_sheet import tree_of_net
@@ -130,7 +130,7 @@ def compare(goal: GoalMesh, *, beyond_rad: float = 0.0, tilt_rad: float = math.r
     solids = problem.solids(tree)
     centres, radii = bounding_spheres(solids)
     preorder, first, last = subtree_ranges(tree.parent, tree.order)
-    hinges, _ = hinge_lines(tree)
+    hinges, _ = tree.hinge_lines
     present, mask = np.ones(len(solids), np.bool_), np.zeros(len(solids), np.bool_)
     angle, work, out = np.zeros(len(solids)), np.zeros((30, 3)), Counts()
     for _, which, value in result.steps[result.steps[:, 0] == 1].tolist():

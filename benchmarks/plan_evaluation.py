@@ -78,7 +78,7 @@ def sampled_by_fcl(
 
     from planner._kernels.plan_kernels import turn_solids
     from planner._kernels.tree_kernels import subtree_ranges
-    from planner.fold_problem import bounding_spheres, hinge_lines
+    from planner.fold_problem import bounding_spheres
 
     def model(prisms: NDArray[np.float64]) -> Any:  # noqa: ANN401  fcl has no types
         faces = (PRISM_FACES[None] + 6 * np.arange(len(prisms))[:, None, None]).reshape(-1, 3)
@@ -91,7 +91,7 @@ def sampled_by_fcl(
     solids = problem.solids(tree)
     centres, _ = bounding_spheres(solids)
     preorder, first, last = subtree_ranges(tree.parent, tree.order)
-    hinges, _ = hinge_lines(tree)
+    hinges, _ = tree.hinge_lines
     folds = result.steps[result.steps[:, 0] == 1]
     every = max(1, math.ceil(len(folds) / most))
     angle = np.zeros(len(tree.parent))

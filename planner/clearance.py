@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.fold_plan import Bend, Clip, Fold, FoldPlan, MachineLimits, Release, Rotate
+from planner.fold_plan import Bend, Clip, Fold, FoldPlan, MachineLimits, Release, Rotate, Step
 from planner.kinematics import folded_triangles, rotation_about_line
 
 __all__ = [
-    "RotationClearance", "bar_corners", "bent_points", "check_rotation_clearance", "height_range",
-    "rotation_clearance",
+    "RotationClearance", "TurningPart", "check_rotation_clearance", "height_range", "rotation_clearance",
 ]  # fmt: skip
 
 
@@ -79,46 +78,66 @@ def check_rotation_clearance(plan: FoldPlan) -> list[str]:
     if np.abs(plan.sheet.rotary_axis[:, 1]).max() > 1e-6:
         raise ValueError("the rotary axis must be the line y = 0: place the net first")
     half = 0.5 * plan.limits.thickness
-    bars = bar_corners(plan)
+    part = TurningPart(plan)
     angles = np.zeros(len(plan.net.edges))
-    present = np.ones(len(plan.sheet.faces), dtype=np.bool_)
-    bent: list[NDArray[np.float64]] = []
-    rotary, released = 0.0, False
+    rotary = 0.0
     problems = []
     for n, step in enumerate(plan.steps):
-        match step:
-            case Fold(crease=crease, to_rad=to_rad):
-                angles[crease] = to_rad
-            case Clip(faces=faces):
-                present[list(faces)] = False
-            case Bend(faces=faces, hinge=hinge, to_rad=to_rad):
-                present[list(faces)] = False
-                bent.append(bent_points(plan, faces, hinge, to_rad))
-            case Release():
-                released = True
-            case Rotate(to_rad=to_rad):
-                points = [folded_triangles(plan.net, angles).reshape(-1, 3)] if not released else []
-                flat = plan.sheet.vertices[np.unique(plan.sheet.faces[present])]
-                points += [np.column_stack([flat, np.zeros(len(flat))]), *bent, bars]
-                left = rotation_clearance(np.concatenate(points), plan.limits, rotary, to_rad)
-                problems += _words(n, rotary, to_rad, left, half)
-                rotary = to_rad
-            case _:
-                pass
+        part.pass_step(step)
+        if isinstance(step, Fold):
+            angles[step.crease] = step.to_rad
+        elif isinstance(step, Rotate):
+            left = rotation_clearance(part.points(angles), plan.limits, rotary, step.to_rad)
+            problems += _words(n, rotary, step.to_rad, left, half)
+            rotary = step.to_rad
     return problems
 
 
-def bar_corners(plan: FoldPlan) -> NDArray[np.float64]:
+class TurningPart:
+    """Everything that turns with the sheet, as the steps of a plan have left it.
+
+    Args:
+        plan: the plan; at first none of its steps is made.
+    """
+
+    def __init__(self, plan: FoldPlan) -> None:
+        self.plan = plan
+        self._present = np.ones(len(plan.sheet.faces), dtype=np.bool_)
+        self._bent: list[NDArray[np.float64]] = [_bar_corners(plan)]
+        self._released = False
+
+    def pass_step(self, step: Step) -> None:
+        """Take in what a step clips, bends away or releases; ``points`` is told the angles of the creases."""
+        match step:
+            case Clip(faces=faces):
+                self._present[list(faces)] = False
+            case Bend(faces=faces, hinge=hinge, to_rad=to_rad):
+                self._present[list(faces)] = False
+                self._bent.append(_bent_points(self.plan, faces, hinge, to_rad))
+            case Release():
+                self._released = True
+            case _:
+                pass
+
+    def points(self, angles_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(N, 3) corners of it, mm in the frame of the sheet, with the creases at ``angles_rad`` (E,)."""
+        flat = self.plan.sheet.vertices[np.unique(self.plan.sheet.faces[self._present])]
+        parts = [np.column_stack([flat, np.zeros(len(flat))]), *self._bent]
+        if not self._released:
+            parts.append(folded_triangles(self.plan.net, angles_rad).reshape(-1, 3))
+        return np.concatenate(parts)
+
+
+def _bar_corners(plan: FoldPlan) -> NDArray[np.float64]:
     """(K, 3) outer corners of the frame's bars, half a thickness lower, as that is added to all points."""
     rise = max(0.0, plan.sheet.clamp_height - 0.5 * plan.limits.thickness)
     outline = plan.sheet.outline
     return np.concatenate([np.column_stack([outline, np.full(len(outline), z)]) for z in (rise, -rise)])
 
 
-def bent_points(
+def _bent_points(
     plan: FoldPlan, faces: tuple[int, ...], hinge: tuple[tuple[float, float], ...], to_rad: float
 ) -> NDArray[np.float64]:
-    """(K, 3) corners of sheet faces that are bent about a hinge."""
     flat = plan.sheet.vertices[np.unique(plan.sheet.faces[list(faces)])]
     points = np.column_stack([flat, np.zeros(len(flat))])
     turn = rotation_about_line(np.array([*hinge[0], 0.0]), np.array([*hinge[1], 0.0]), to_rad)

@@ -167,7 +167,6 @@ def certify_contact(plan: FoldPlan) -> ContactCertificate:
         PlanError: if the plan bends substrate, which this proof does not cover.
     """
     from planner._kernels.certificate_kernels import certify_folds
-    from planner._kernels.tree_kernels import subtree_ranges
 
     net, limits = plan.net, plan.limits
     insets = edge_insets(net, limits.thickness, limits.clearance)
@@ -183,7 +182,7 @@ def certify_contact(plan: FoldPlan) -> ContactCertificate:
     hinges[:, 1, :2] = tree.corners[rows, (tree.slot + 1) % 3]
     results, pairs = np.zeros((len(folds), 4)), np.zeros((_MOST_OPEN_PAIRS, 6))
     count, error = certify_folds(
-        solids, sharp, until, hinges, tree.parent, *subtree_ranges(tree.parent, tree.order), folds,
+        solids, sharp, until, hinges, tree.parent, *tree.subtrees, folds,
         ENOUGH_MM, results, pairs,
     )  # fmt: skip
     if count > _MOST_OPEN_PAIRS:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 
 import numpy as np
@@ -106,6 +107,12 @@ class FlatLayout:
         """(F, 3, 2) flat positions in mm, corner by corner as in the goal; a copy."""
         first = columns.CORNER
         return self.arrays.real[:-1, first : first + 6].reshape(-1, 3, 2).copy()
+
+    @property
+    def heading(self) -> float:
+        """Direction in the plane of the base face's side from corner 0 to corner 1, rad."""
+        x0, y0, x1, y1 = self.arrays.real[self.base, columns.CORNER : columns.CORNER + 4].tolist()
+        return math.atan2(y1 - y0, x1 - x0)
 
     @property
     def target(self) -> NDArray[np.float64]:

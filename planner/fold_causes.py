@@ -14,7 +14,7 @@ from planner.fold_problem import CONTACT_MARGIN_RAD, FlatTree, FoldProblem
 from planner.fold_state import LEAST_GAIN_RAD, FoldState, beams_of_side
 from planner.net import Net
 
-__all__ = ["crease_levers", "find_causes", "tree_path"]
+__all__ = ["find_causes", "tree_path"]
 
 
 def find_causes(
@@ -42,7 +42,7 @@ def find_causes(
     for blocked in plan.blocked:
         face = net.child_of[blocked.crease]
         moments.setdefault(_moment(net, face, turns), []).append(face)
-    levers = crease_levers(problem, tree)
+    levers = problem.levers(tree)
     state = FoldState(problem, tree, obstacles)
     found: dict[int, Diagnosis] = {}
     for number in range(len(turns) + 1):
@@ -70,19 +70,6 @@ def tree_path(net: Net, one: int, other: int) -> tuple[tuple[int, ...], tuple[in
     faces = (*up, *reversed(down[:-1]))
     creases = tuple(int(net.crease_of[a if int(net.parent[a]) == b else b]) for a, b in pairwise(faces))
     return faces, creases
-
-
-def crease_levers(problem: FoldProblem, tree: FlatTree) -> NDArray[np.float64]:
-    """(F,) rms displacement of the whole part in mm per radian that is missing at the crease of each face."""
-    from planner._kernels.tree_kernels import lever_arms, subtree_ranges
-
-    rows = np.arange(len(tree.parent))
-    corners = problem.corners_3d
-    levers: NDArray[np.float64] = lever_arms(
-        *subtree_ranges(tree.parent, tree.order), tree.target,
-        corners[rows, tree.slot], corners[rows, (tree.slot + 1) % 3], problem.centroids_3d,
-    )  # fmt: skip
-    return levers
 
 
 def _moment(net: Net, face: int, turns: list[tuple[int, float]]) -> int:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from planner.own_sight import OwnSight
 
 __all__ = [
-    "CONTACT_MARGIN_RAD", "RULES", "FlatTree", "FoldProblem", "FoldResult", "bounding_spheres", "hinge_lines",
+    "CONTACT_MARGIN_RAD", "RULES", "FlatTree", "FoldProblem", "FoldResult", "bounding_spheres",
     "rotary_angles",
 ]  # fmt: skip
 
@@ -87,6 +87,23 @@ class FlatTree:
     target: NDArray[np.float64]
     axis: NDArray[np.float64]
     origin: tuple[float, float] = (0.0, 0.0)
+
+    @cached_property
+    def subtrees(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+        """Faces in depth-first order, and (F,) where the subtree of each begins and ends in it."""
+        from planner._kernels.tree_kernels import subtree_ranges
+
+        preorder, first, last = subtree_ranges(self.parent, self.order)
+        return preorder, first, last
+
+    @cached_property
+    def hinge_lines(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(F, 4) start and unit direction of the flat creases, and (F,) their length; void at the base."""
+        rows = np.arange(len(self.parent))
+        start = self.corners[rows, self.slot]
+        along = self.corners[rows, (self.slot + 1) % 3] - start
+        lengths = np.linalg.norm(along, axis=1)
+        return np.concatenate([start, along / lengths[:, None]], axis=1), lengths
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,19 +198,8 @@ class FoldProblem:
 
         Taken for the flat net held at the base panel, the worst case; 0 for flat joints and the base.
         """
-        from planner._kernels.tree_kernels import subtree_ranges
-
-        return self._loads(tree, subtree_ranges(tree.parent, tree.order), *hinge_lines(tree))
-
-    def _loads(
-        self,
-        tree: FlatTree,
-        ranges: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]],
-        hinges: NDArray[np.float64],
-        lengths: NDArray[np.float64],
-    ) -> NDArray[np.float64]:
-        """``loads`` where the subtree ranges and the hinge lines are known already."""
-        preorder, first, last = ranges
+        preorder, first, last = tree.subtrees
+        hinges, lengths = tree.hinge_lines
         area = 0.5 * self._double_area[preorder, None]
         weighed = np.concatenate([area, area * tree.corners[preorder].mean(axis=1)], axis=1)
         sums = np.concatenate([np.zeros((1, 3)), np.cumsum(weighed, axis=0)])
@@ -201,6 +207,17 @@ class FoldProblem:
         arm = below[:, 1:] - below[:, :1] * hinges[:, :2]
         moment = self.limits.weight_n_mm2 * np.abs(hinges[:, 2] * arm[:, 1] - hinges[:, 3] * arm[:, 0])
         return np.where(tree.target != 0.0, moment / (self.limits.plastic_moment_n * lengths), 0.0)
+
+    def levers(self, tree: FlatTree) -> NDArray[np.float64]:
+        """(F,) rms displacement of the whole part in mm per radian missing at the crease of each face."""
+        from planner._kernels.tree_kernels import lever_arms
+
+        rows = np.arange(len(tree.parent))
+        levers: NDArray[np.float64] = lever_arms(
+            *tree.subtrees, tree.target, self.corners_3d[rows, tree.slot],
+            self.corners_3d[rows, (tree.slot + 1) % 3], self.centroids_3d,
+        )  # fmt: skip
+        return levers
 
     def head(self, tree: FlatTree) -> NDArray[np.float64]:
         """(8,) where the light comes from, as ``beam_kernels`` wants it."""
@@ -228,7 +245,6 @@ class FoldProblem:
             give_up: stop early once what is conceded costs about this much; the result is then unfinished.
         """
         from planner._kernels.plan_kernels import fold_greedily
-        from planner._kernels.tree_kernels import lever_arms, subtree_ranges
 
         count = len(tree.parent)
         solids = self.solids(tree)
@@ -237,17 +253,12 @@ class FoldProblem:
             solids = np.concatenate([solids, obstacles])
             sharp = np.concatenate([sharp, np.zeros(len(obstacles), dtype=np.bool_)])
         centres, radii = bounding_spheres(solids)
-        preorder, first, last = subtree_ranges(tree.parent, tree.order)
-        rows = np.arange(count)
-        levers = lever_arms(
-            preorder, first, last, tree.target, self.corners_3d[rows, tree.slot],
-            self.corners_3d[rows, (tree.slot + 1) % 3], self.centroids_3d,
-        )  # fmt: skip
-        hinges, lengths = hinge_lines(tree)
+        preorder, first, last = tree.subtrees
+        hinges, lengths = tree.hinge_lines
         steps, reached, cause, blocker, stopped_at = fold_greedily(
             tree.parent, preorder, first, last, hinges, lengths, tree.target,
             np.ascontiguousarray(tree.order[::-1]) if rank is None else rank,
-            np.full(count, -1) if after is None else after, levers,
+            np.full(count, -1) if after is None else after, self.levers(tree),
             solids, centres, radii, sharp, np.ones(len(solids), np.bool_), np.ones(len(solids), np.bool_),
             panel_numbers(tree, len(solids)), count,
             self.rotary, self.fine, self.grazes, float(tree.axis[0]), float(tree.axis[1]), self.head(tree),
@@ -256,7 +267,7 @@ class FoldProblem:
             give_up, self.goal.longest_side_mm,
         )  # fmt: skip
         wanted = np.abs(tree.target).sum()
-        loads = self._loads(tree, (preorder, first, last), hinges, lengths)
+        loads = self.loads(tree)
         return FoldResult(
             steps=steps,
             reached=reached,
@@ -294,15 +305,6 @@ def bounding_spheres(solids: NDArray[np.float64]) -> tuple[NDArray[np.float64], 
     away *= away
     radii = np.sqrt((away[:, 0] + away[:, 1] + away[:, 2]).max(axis=0))
     return np.ascontiguousarray(centres.T), radii
-
-
-def hinge_lines(tree: FlatTree) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Creases in the flat net: (F, 4) start and unit direction, and (F,) length; the base's row is void."""
-    rows = np.arange(len(tree.parent))
-    start = tree.corners[rows, tree.slot]
-    along = tree.corners[rows, (tree.slot + 1) % 3] - start
-    lengths = np.linalg.norm(along, axis=1)
-    return np.concatenate([start, along / lengths[:, None]], axis=1), lengths
 
 
 def panel_numbers(tree: FlatTree, total: int) -> NDArray[np.int64]:

@@ -25,7 +25,7 @@ from planner.processors import processors
 from planner.search_moves import OwnLimit, Trial, random_trial
 
 __all__ = [
-    "Candidate", "SearchSettings", "axis_angles", "cost", "done", "flat_tree", "improve",
+    "SEED_STEP", "Candidate", "SearchSettings", "axis_angles", "cost", "done", "flat_tree", "improve",
     "judge", "search",
 ]  # fmt: skip
 
@@ -136,9 +136,8 @@ class Candidate:
 
 def flat_tree(layout: FlatLayout, axis_rad: float) -> FlatTree:
     """The net of ``layout`` as plain arrays, the rotary axis at ``axis_rad`` from the base's side 0 to 1."""
-    corners = layout.corners.copy()
-    side = corners[layout.base, 1] - corners[layout.base, 0]
-    heading = math.atan2(side[1], side[0]) + axis_rad
+    corners = layout.corners
+    heading = layout.heading + axis_rad
     axis = np.array([math.cos(heading), math.sin(heading)])
     points = corners.reshape(-1, 2)
     along, across = points @ axis, points @ np.array([-axis[1], axis[0]])
@@ -191,12 +190,12 @@ def hold_cost(gap: int) -> float:
 
 def cost(result: FoldResult, problem: FoldProblem) -> float:
     """What the search makes small: missing angle and shape error, then overloaded creases and rotations."""
-    from planner._kernels.plan_kernels import ANGLE_WEIGHT, SHAPE_WEIGHT
+    from planner._kernels.plan_kernels import ANGLE_WEIGHT, MOST_OVERLOAD, OVERLOAD_WEIGHT, SHAPE_WEIGHT
 
     relative = result.shape_rms / problem.goal.longest_side_mm
     missing = 1.0 - result.completion
     weight = SHAPE_WEIGHT * relative + ANGLE_WEIGHT * missing
-    return weight + 0.05 * min(result.overload, 4.0) + 1e-5 * result.rotations
+    return weight + OVERLOAD_WEIGHT * min(result.overload, MOST_OVERLOAD) + 1e-5 * result.rotations
 
 
 def fits(tree: FlatTree, problem: FoldProblem) -> bool:

@@ -17,7 +17,6 @@ from planner.fold_problem import (
     FlatTree,
     FoldProblem,
     bounding_spheres,
-    hinge_lines,
     panel_numbers,
 )
 
@@ -68,8 +67,6 @@ class FoldState:
     def __init__(
         self, problem: FoldProblem, tree: FlatTree, obstacles: NDArray[np.float64] | None = None
     ) -> None:
-        from planner._kernels.tree_kernels import subtree_ranges
-
         self.problem, self.tree = problem, tree
         self.faces = len(tree.parent)
         solids = problem.solids(tree)
@@ -82,8 +79,8 @@ class FoldState:
         self.flat = np.ones(len(solids), dtype=np.bool_)
         self.present = np.ones(len(solids), dtype=np.bool_)
         self.panel = panel_numbers(tree, len(solids))
-        self.preorder, self.first, self.last = subtree_ranges(tree.parent, tree.order)
-        self.hinges, self.lengths = hinge_lines(tree)
+        self.preorder, self.first, self.last = tree.subtrees
+        self.hinges, self.lengths = tree.hinge_lines
         self.angle = np.zeros(self.faces)
 
     def copy(self) -> FoldState:

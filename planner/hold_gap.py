@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from planner.flat_layout import LEAST_TAB_EDGE_MM
-from planner.fold_problem import FlatTree, FoldProblem, FoldResult, hinge_lines, panel_numbers
+from planner.fold_problem import FlatTree, FoldProblem, FoldResult, panel_numbers
 from planner.placement import frame_gap
 
 __all__ = ["CELL_MM", "hold_gap"]
@@ -27,10 +27,9 @@ def hold_gap(tree: FlatTree, result: FoldResult, problem: FoldProblem) -> int:
         The number of cells; -1 if the base panel has no free side, or the net encloses it.
     """
     from planner._kernels.hold_kernels import hold_gap as count
-    from planner._kernels.tree_kernels import subtree_ranges
 
-    preorder, first, last = subtree_ranges(tree.parent, tree.order)
-    hinges, _ = hinge_lines(tree)
+    preorder, first, last = tree.subtrees
+    hinges, _ = tree.hinge_lines
     faces = len(tree.parent)
     cells = count(
         tree.corners, preorder, first, last, hinges, panel_numbers(tree, faces), result.steps, tree.base,

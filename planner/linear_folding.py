@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.fold_problem import FlatTree, FoldProblem, bounding_spheres, hinge_lines
+from planner.fold_problem import FlatTree, FoldProblem, bounding_spheres
 
 __all__ = ["JointMotion", "Touch", "linear_rates", "uniform_rates"]
 
@@ -43,7 +43,7 @@ class JointMotion:
         self._solids = problem.solids(tree)
         self._centres, self._radii = bounding_spheres(self._solids)
         self._sharp = problem.sharp
-        self._hinges, lengths = hinge_lines(tree)
+        self._hinges, lengths = tree.hinge_lines
         middle = self._hinges[:, :2] + 0.5 * lengths[:, None] * self._hinges[:, 2:]
         self._reach = np.linalg.norm(
             self._solids - np.append(middle, np.zeros((count, 1)), axis=1)[:, None], axis=2

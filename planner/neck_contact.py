@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.corner_tabs import Neck
-from planner.fold_problem import FlatTree, FoldProblem, FoldResult, bounding_spheres, hinge_lines
+from planner.fold_problem import FlatTree, FoldProblem, FoldResult, bounding_spheres
 
 __all__ = ["neck_bodies", "petal_rests", "stays_clear"]
 
@@ -29,7 +29,6 @@ def stays_clear(neck: Neck, tree: FlatTree, result: FoldResult, problem: FoldPro
     """
     from planner._kernels.contact_kernels import turn_contact
     from planner._kernels.plan_kernels import turn_solids
-    from planner._kernels.tree_kernels import subtree_ranges
 
     faces = problem.solids(tree)
     owner, rests = petal_rests(neck, faces, problem.sharp)
@@ -41,8 +40,8 @@ def stays_clear(neck: Neck, tree: FlatTree, result: FoldResult, problem: FoldPro
     sharp = np.concatenate([problem.sharp, np.zeros(len(solids) - count, np.bool_)])
     trimmed = np.zeros(count, np.bool_)
     trimmed[list(neck.fan)] = True
-    preorder, first, last = subtree_ranges(tree.parent, tree.order)
-    hinges, _ = hinge_lines(tree)
+    preorder, first, last = tree.subtrees
+    hinges, _ = tree.hinge_lines
     moving, work = np.zeros(len(solids), np.bool_), np.empty((30, 3))
     angle = np.zeros(count)
     for _, which, value in result.steps[result.steps[:, 0] == 1].tolist():

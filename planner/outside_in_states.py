@@ -16,7 +16,6 @@ from planner.fold_problem import (
     FoldProblem,
     FoldResult,
     bounding_spheres,
-    hinge_lines,
     panel_numbers,
     shape_rms,
 )
@@ -73,8 +72,6 @@ class OutsideInStates:
     def __init__(
         self, problem: FoldProblem, tree: FlatTree, obstacles: NDArray[np.float64] | None = None
     ) -> None:
-        from planner._kernels.tree_kernels import subtree_ranges
-
         self.problem, self.tree = problem, tree
         count = len(tree.parent)
         solids, sharp = problem.solids(tree), problem.sharp
@@ -82,8 +79,8 @@ class OutsideInStates:
             solids = np.concatenate([solids, obstacles])
             sharp = np.concatenate([sharp, np.zeros(len(obstacles), dtype=np.bool_)])
         total = len(solids)
-        self.preorder, self.first, self.last = subtree_ranges(tree.parent, tree.order)
-        self.hinges, self.lengths = hinge_lines(tree)
+        self.preorder, self.first, self.last = tree.subtrees
+        self.hinges, self.lengths = tree.hinge_lines
         self.panel = panel_numbers(tree, total)
         self._flat_solids, self._sharp = solids, sharp
         self._flat_centres, self._radii = bounding_spheres(solids)

@@ -201,8 +201,7 @@ class OwnSight:
 
 def _axis(layout: FlatLayout, axis_rad: float) -> tuple[float, float]:
     """Direction of the rotary axis in the plane of the layout."""
-    start, end = layout.corners[layout.base, :2]
-    heading = math.atan2(end[1] - start[1], end[0] - start[0]) + axis_rad
+    heading = layout.heading + axis_rad
     return math.cos(heading), math.sin(heading)
 
 

@@ -24,6 +24,7 @@ from planner.flat_layout import FlatLayout
 from planner.fold_plan import FoldPlan, MachineLimits
 from planner.fold_problem import RULES, FoldProblem
 from planner.fold_search import (
+    SEED_STEP,
     Candidate,
     SearchSettings,
     axis_angles,
@@ -182,7 +183,7 @@ def _improved(
                 heads[k],
                 net_of,
                 problem,
-                replace(settings, seed=settings.seed + 7919 * k),
+                replace(settings, seed=settings.seed + SEED_STEP * k),
                 most_sheets,
                 without,
             ),

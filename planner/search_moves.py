@@ -153,20 +153,14 @@ def _other_axis(now: Trial, axes: list[float], rng: np.random.Generator) -> Tria
 def _other_base(now: Trial, rng: np.random.Generator) -> Trial | None:
     """The base moved to a neighbour or to any face, if that can be held."""
     layout = now.layout.copy()
-    before = _heading(layout)
+    before = layout.heading
     faces = layout.graph.faces
     beside = faces[(faces == layout.base).any(axis=1)].ravel()
     beside = beside[beside != layout.base]
     near = rng.random() < 0.5 and len(beside) > 0
     layout.set_base(int(rng.choice(beside)) if near else int(rng.integers(len(layout.parent))))
-    axis_rad = now.axis_rad + before - _heading(layout)  # it stays where it is in the net
+    axis_rad = now.axis_rad + before - layout.heading  # it stays where it is in the net
     return Trial(layout, axis_rad, now.after) if layout.free_edges() > 0 else None
-
-
-def _heading(layout: FlatLayout) -> float:
-    """Direction in the plane of the base face's side from corner 0 to corner 1, rad."""
-    start, end = layout.corners[layout.base, :2]
-    return math.atan2(end[1] - start[1], end[0] - start[0])
 
 
 def _other_order(now: Trial, face: int, other: int, rng: np.random.Generator) -> Trial | None:

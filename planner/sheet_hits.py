@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.fold_plan import Sheet
-from planner.fold_problem import FlatTree, FoldProblem, FoldResult, bounding_spheres, hinge_lines
+from planner.fold_problem import FlatTree, FoldProblem, FoldResult, bounding_spheres
 
 __all__ = ["sheet_hits", "sheet_solids"]
 
@@ -28,13 +28,12 @@ def sheet_hits(
     """Substrate triangles that the folds sweep → number of the first fold that does."""
     from planner._kernels.contact_kernels import turn_contact
     from planner._kernels.plan_kernels import turn_solids
-    from planner._kernels.tree_kernels import subtree_ranges
 
     count = len(tree.parent)
     solids = np.concatenate([problem.solids(tree), bodies])
     centres, radii = bounding_spheres(solids)
-    preorder, first, last = subtree_ranges(tree.parent, tree.order)
-    hinges, _ = hinge_lines(tree)
+    preorder, first, last = tree.subtrees
+    hinges, _ = tree.hinge_lines
     present = np.arange(len(solids)) >= count
     moving, work = np.zeros(len(solids), np.bool_), np.empty((30, 3))
     sharp = np.concatenate([problem.sharp, np.zeros(len(bodies), np.bool_)])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.fold_problem import FlatTree, FoldProblem, FoldResult, hinge_lines
+from planner.fold_problem import FlatTree, FoldProblem, FoldResult
 from planner.kinematics import rotation_about_line
 
 if TYPE_CHECKING:
@@ -50,12 +50,10 @@ def swept_region(tree: FlatTree, result: FoldResult, problem: FoldProblem) -> Ge
     """
     import shapely
 
-    from planner._kernels.tree_kernels import subtree_ranges
-
     thickness = problem.limits.thickness
     middles = problem.solids(tree)[:, 6:9].copy()
-    preorder, first, last = subtree_ranges(tree.parent, tree.order)
-    hinges, _ = hinge_lines(tree)
+    preorder, first, last = tree.subtrees
+    hinges, _ = tree.hinge_lines
     angle = np.zeros(len(tree.parent))
     shapes: list[Geometry] = []
     for _, which, value in result.steps[result.steps[:, 0] == 1].tolist():

@@ -7,6 +7,7 @@ the folds in a process of their own, because numba compiles one function at a ti
 from __future__ import annotations
 
 import gc
+import importlib
 import os
 import subprocess
 import sys
@@ -17,6 +18,11 @@ from pathlib import Path
 import numpy as np
 
 __all__ = ["kernels_are_cached", "kernels_can_be_kept", "warm_up"]
+
+_MODULES = (
+    "base", "hold", "nb", "net", "no_good", "overlap", "own_sight", "plan", "restore", "search", "shadow",
+    "tree", "view",
+)  # fmt: skip
 
 CHILD_TIMEOUT_S = 300.0
 """After this time the process that compiles the folds is given up; they are then compiled here."""
@@ -141,33 +147,9 @@ def compile_fold_kernels() -> None:
 
 
 def _load_kernels() -> None:
-    """Import every module that defines kernels."""
-    from planner._kernels import (
-        base_kernels,
-        hold_kernels,
-        nb_kernels,
-        net_kernels,
-        no_good_kernels,
-        overlap_kernels,
-        own_sight_kernels,
-        plan_kernels,
-        restore_kernels,
-        search_kernels,
-        shadow_kernels,
-        tree_kernels,
-        view_kernels,
-    )
-
-    del base_kernels, hold_kernels, nb_kernels, net_kernels, no_good_kernels, overlap_kernels
-    del (
-        own_sight_kernels,
-        plan_kernels,
-        restore_kernels,
-        search_kernels,
-        shadow_kernels,
-        tree_kernels,
-        view_kernels,
-    )
+    """Import every module whose kernels are compiled beforehand."""
+    for name in _MODULES:
+        importlib.import_module(f"planner._kernels.{name}_kernels")
 
 
 @contextmanager

@@ -17,6 +17,7 @@ from rigs.controller import Controller
 from rigs.errors import JobError, MachineError
 from rigs.grbl import Status
 from rigs.journal import JournalWriter
+from rigs.listener import state_words
 
 __all__ = ["Held", "Holder", "Holding"]
 
@@ -118,7 +119,13 @@ class Holder:
         reason = _ON_REQUEST if requested else _by_itself(status)
         block, step = self.where()
         self.journal.write(
-            "held", sync=True, block=block, step=step, reason=reason, state=_words(status), t=self.clock()
+            "held",
+            sync=True,
+            block=block,
+            step=step,
+            reason=reason,
+            state=state_words(status),
+            t=self.clock(),
         )
         door = self._asked(status, reason, brakes=brakes)
         lapsed = self._lapsed(time.monotonic() - start, door=door, requested=requested)
@@ -151,7 +158,7 @@ class Holder:
             door = door or status.state == "Door"
             is_open = status.state == "Door" and status.substate == 1
             block, step = self.where()
-            held = Held(reason, _words(status), block, step, is_open, self.emulated)
+            held = Held(reason, state_words(status), block, step, is_open, self.emulated)
             if not self.holding.go_on(held):
                 raise JobError(
                     f"stopped while held in block {block} (step {step}): go on with 'blossom resume'"
@@ -159,7 +166,7 @@ class Holder:
             status = self.controller.status_aside()
             if brakes and status.state not in ("Hold", "Door"):
                 raise MachineError(
-                    f"the machine left the hold by itself, it reports {_words(status)}: "
+                    f"the machine left the hold by itself, it reports {state_words(status)}: "
                     "something else steers it"
                 )
             if not (status.state == "Door" and status.substate == 1):
@@ -188,7 +195,7 @@ class Holder:
             if status.state == "Hold" and status.substate != 1:
                 return status
             if time.monotonic() > deadline:
-                raise MachineError(f"the machine should be held now, it reports {_words(status)}")
+                raise MachineError(f"the machine should be held now, it reports {state_words(status)}")
             time.sleep(_LOOK_S)
 
     def _moving(self) -> None:
@@ -199,13 +206,9 @@ class Holder:
             if status.state not in ("Hold", "Door"):
                 return
             if time.monotonic() > deadline:
-                raise MachineError(f"the machine does not go on, it reports {_words(status)}")
+                raise MachineError(f"the machine does not go on, it reports {state_words(status)}")
             time.sleep(_LOOK_S)
 
 
 def _by_itself(status: Status) -> str:
     return "by its door" if status.state == "Door" else "by its own button or another sender"
-
-
-def _words(status: Status) -> str:
-    return status.state if status.substate is None else f"{status.state}:{status.substate}"

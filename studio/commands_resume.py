@@ -7,9 +7,8 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from studio.commands_view import ViewPort
-from studio.errors import UsageError
 from studio.exit_codes import DONE
-from studio.flags import Bundle, Json, Quiet, finite
+from studio.flags import Bundle, Encoder, Json, Port, Quiet, Shadow, View, Yes, finite
 from studio.live_server import DEFAULT_PORT
 from studio.progress import Progress
 from studio.summary import print_summary
@@ -21,9 +20,7 @@ def resume(
     bundle: Bundle,
     /,
     *,
-    port: Annotated[
-        str, Parameter(metavar="URL", help="emulator, /dev/ttyUSB0, COM3 or socket://HOST:PORT.")
-    ],
+    port: Port,
     doubt: Annotated[
         Literal["done", "redo", "abandon"] | None,
         Parameter(
@@ -43,10 +40,7 @@ def resume(
     look: Annotated[
         bool, Parameter(show_default=False, help="Only say how far the job has come; nothing is sent.")
     ] = False,
-    shadow: Annotated[
-        bool,
-        Parameter(show_default=False, help="The twin follows, and stops the machine where it differs."),
-    ] = False,
+    shadow: Shadow = False,
     measure: Annotated[
         str | None,
         Parameter(
@@ -54,18 +48,10 @@ def resume(
             help="Measure each crease after its passes, as blossom replay does; needed where it did.",
         ),
     ] = None,
-    encoder: Annotated[
-        str | None,
-        Parameter(metavar="URL", help="Port of an encoder on the rotary; every turn is checked by it."),
-    ] = None,
-    view: Annotated[
-        bool,
-        Parameter(show_default=False, help="Show machine and twin side by side in a browser (extra: view)."),
-    ] = False,
+    encoder: Encoder = None,
+    view: View = False,
     view_port: ViewPort = DEFAULT_PORT,
-    yes: Annotated[
-        bool, Parameter(show_default=False, help="Confirm beforehand that a person stands by a real laser.")
-    ] = False,
+    yes: Yes = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
@@ -80,12 +66,11 @@ def resume(
 
         blossom resume out/bunny --port /dev/ttyUSB0 --angle 38
     """
-    from studio.gauges import is_virtual
     from studio.pipeline import resume_bundle
+    from studio.replay_stage import check_measure
     from studio.resume_stage import Beside, Choice
 
-    if is_virtual(measure) and port != "emulator":
-        raise UsageError("--measure virtual is for --port emulator: a real part has to be measured")
+    check_measure(measure, port)
     beside = Beside(shadow, measure, encoder, view_port if view else None)
     summary = resume_bundle(
         bundle,

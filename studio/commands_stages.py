@@ -16,13 +16,18 @@ from studio.flags import (
     Budget,
     Bundle,
     Certify,
+    Encoder,
     HeatFlags,
     Json,
     NoDiagnosis,
+    Port,
     Quiet,
+    Shadow,
     Tilt,
     Verbose,
+    View,
     Without,
+    Yes,
     not_negative,
 )  # fmt: skip
 from studio.live_server import DEFAULT_PORT
@@ -137,9 +142,7 @@ def replay(
     bundle: Bundle,
     /,
     *,
-    port: Annotated[
-        str, Parameter(metavar="URL", help="emulator, /dev/ttyUSB0, COM3 or socket://HOST:PORT.")
-    ],
+    port: Port,
     dry_run: Annotated[
         bool, Parameter(show_default=False, help="Every move, no light (the default).")
     ] = False,
@@ -149,17 +152,12 @@ def replay(
     arm: Annotated[
         bool, Parameter(show_default=False, help="Really fire. Needs a certificate that passed.")
     ] = False,
-    yes: Annotated[
-        bool, Parameter(show_default=False, help="Confirm beforehand that a person stands by a real laser.")
-    ] = False,
+    yes: Yes = False,
     trace: Annotated[
         Path | None,
         Parameter(metavar="FILE", help="Keep what the emulated machine did (see blossom trace)."),
     ] = None,
-    shadow: Annotated[
-        bool,
-        Parameter(show_default=False, help="The twin follows, and stops the machine where it differs."),
-    ] = False,
+    shadow: Shadow = False,
     measure: Annotated[
         str | None,
         Parameter(
@@ -168,14 +166,8 @@ def replay(
             "or a camera file (.toml).",
         ),
     ] = None,
-    encoder: Annotated[
-        str | None,
-        Parameter(metavar="URL", help="Port of an encoder on the rotary; every turn is checked by it."),
-    ] = None,
-    view: Annotated[
-        bool,
-        Parameter(show_default=False, help="Show machine and twin side by side in a browser (extra: view)."),
-    ] = False,
+    encoder: Encoder = None,
+    view: View = False,
     view_port: ViewPort = DEFAULT_PORT,
     json: Json = False,
     quiet: Quiet = False,
@@ -190,16 +182,15 @@ def replay(
 
         blossom replay out/bunny --port /dev/ttyUSB0 --frame
     """
-    from studio.gauges import is_virtual
     from studio.pipeline import replay_bundle
+    from studio.replay_stage import check_measure
 
     if dry_run + frame + arm > 1:
         raise UsageError("--dry-run, --frame and --arm exclude each other; give one")
     mode: Literal["dry-run", "frame", "arm"] = "arm" if arm else "frame" if frame else "dry-run"
     if trace is not None and port != "emulator":
         raise UsageError("--trace is for --port emulator: a real machine keeps no trace, only the journal")
-    if is_virtual(measure) and port != "emulator":
-        raise UsageError("--measure virtual is for --port emulator: a real part has to be measured")
+    check_measure(measure, port)
     summary = replay_bundle(
         bundle, port, mode, yes=yes, trace=trace, shadow=shadow, measure=measure, encoder=encoder,
         view_port=view_port if view else None, progress=Progress(quiet=quiet or json),

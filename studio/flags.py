@@ -12,8 +12,9 @@ from cyclopts import Parameter
 from studio.options import DEFAULT_MATERIAL, DEFAULT_RIG, MachineOptions, MeshOptions
 
 __all__ = [
-    "Base", "Budget", "Bundle", "Certify", "CureFlags", "Force", "HeatFlags", "Json", "MachineFlags", "Mesh",
-    "MeshFlags", "NoDiagnosis", "Output", "Quiet", "Rule", "Seed", "Tilt", "Verbose", "Without",
+    "Base", "Budget", "Bundle", "Certify", "CureFlags", "Encoder", "Force", "HeatFlags", "Json",
+    "MachineFlags", "Mesh", "MeshFlags", "NoDiagnosis", "Output", "Port", "Quiet", "Rule", "Seed", "Shadow",
+    "Tilt", "Verbose", "View", "Without", "Yes",
 ]  # fmt: skip
 
 Rule = Literal["outside-in", "side", "sight", "contact", "substrate", "held", "clearance"]
@@ -94,6 +95,20 @@ Verbose = Annotated[
         show_default=False,
         help="Also say which files are written; progress every second.",
     ),
+]
+Port = Annotated[str, Parameter(metavar="URL", help="emulator, /dev/ttyUSB0, COM3 or socket://HOST:PORT.")]
+Yes = Annotated[
+    bool, Parameter(show_default=False, help="Confirm beforehand that a person stands by a real laser.")
+]
+Shadow = Annotated[
+    bool, Parameter(show_default=False, help="The twin follows, and stops the machine where it differs.")
+]
+Encoder = Annotated[
+    str | None,
+    Parameter(metavar="URL", help="Port of an encoder on the rotary; every turn is checked by it."),
+]
+View = Annotated[
+    bool, Parameter(show_default=False, help="Show machine and twin side by side in a browser (extra: view).")
 ]
 Force = Annotated[bool, Parameter(show_default=False, help="Replace the bundle that is in the folder.")]
 

@@ -28,11 +28,13 @@ __all__ = [
     "JOURNAL_PREFIX",
     "ask_person",
     "certificate_of",
+    "check_measure",
     "holding_of",
     "machine_of",
     "next_journal",
     "replay_stage",
     "told",
+    "trace_for",
 ]  # fmt: skip
 
 EMULATOR = "emulator"
@@ -85,8 +87,7 @@ def replay_stage(
     journal = next_journal(ws)
     with contextlib.ExitStack() as stack:
         seen = stack.enter_context(replay_view(ws, job, mode, view_port))
-        if trace is None and (is_virtual(measure) or is_virtual(encoder)) and port == EMULATOR:
-            trace = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "trace.jsonl"
+        trace = trace or trace_for(stack, port, measure, encoder)
         url = stack.enter_context(machine_of(ws, port, trace))
         beside = stack.enter_context(
             hardware(ws, job, shadow=shadow, measure=measure, lit=mode == "arm", trace=trace, encoder=encoder)
@@ -132,6 +133,25 @@ def ask_person(*, yes: bool) -> Callable[[str], bool]:
         return sys.stdin.readline().strip().lower() == "yes"
 
     return ask
+
+
+def check_measure(measure: str | None, port: str) -> None:
+    """Refuse to measure a real part as if it were the twin's.
+
+    Raises:
+        UsageError: saying so.
+    """
+    if is_virtual(measure) and port != EMULATOR:
+        raise UsageError("--measure virtual is for --port emulator: a real part has to be measured")
+
+
+def trace_for(
+    stack: contextlib.ExitStack, port: str, measure: str | None, encoder: str | None
+) -> Path | None:
+    """A passing file for what the emulated machine does, where something looks at its part; else None."""
+    if port != EMULATOR or not (is_virtual(measure) or is_virtual(encoder)):
+        return None
+    return Path(stack.enter_context(tempfile.TemporaryDirectory())) / "trace.jsonl"
 
 
 @contextlib.contextmanager

@@ -4,24 +4,22 @@ from __future__ import annotations
 
 import contextlib
 import math
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studio.errors import UsageError
-from studio.gauges import is_virtual, workpiece_of
+from studio.gauges import workpiece_of
 from studio.hardware_stage import Before, folds, hardware
 from studio.live_stage import replay_view, watched
 from studio.replay_stage import (
-    EMULATOR,
     JOURNAL_PREFIX,
     certificate_of,
     holding_of,
     machine_of,
     next_journal,
     told,
+    trace_for,
 )
 from studio.workspace import Workspace
 
@@ -147,9 +145,7 @@ def resume_stage(
         before = _before(ws, job, sheet, left, counted, now, choice) if folds(ws) else None
         part = None if before is None else before.shadow.part
         seen = stack.enter_context(replay_view(ws, job, "arm", beside.view_port, part))
-        trace: Path | None = None
-        if port == EMULATOR and (is_virtual(beside.measure) or is_virtual(beside.encoder)):
-            trace = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "trace.jsonl"
+        trace = trace_for(stack, port, beside.measure, beside.encoder)
         url = stack.enter_context(machine_of(ws, port, trace))
         looks = stack.enter_context(
             hardware(

@@ -7,9 +7,8 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.clearance import bar_corners, bent_points, rotation_clearance
-from planner.fold_plan import Bend, Clip, FoldPlan, Release
-from planner.kinematics import folded_triangles
+from planner.clearance import TurningPart, rotation_clearance
+from planner.fold_plan import FoldPlan
 from rigs.errors import JobError
 from rigs.grbl import Status
 from rigs.job import Job
@@ -33,7 +32,6 @@ class TurnCheck:
         self.plan, self.job, self.angles_rad = plan, job, angles_rad
         self.turns = 0
         self.least_mm = np.inf
-        self._bars = bar_corners(plan)
 
     def begins(self, block: ReplayBlock, seconds: float, t: float) -> None:
         """A block is about to be sent.
@@ -71,22 +69,7 @@ class TurnCheck:
         angles = np.zeros(len(self.plan.net.edges))
         for crease, angle in self.angles_rad().items():
             angles[crease] = angle
-        present = np.ones(len(self.plan.sheet.faces), dtype=np.bool_)
-        parts = [self._bars]
-        released = False
+        part = TurningPart(self.plan)
         for done in self.plan.steps[: max(step, 0)]:
-            match done:
-                case Clip(faces=faces):
-                    present[list(faces)] = False
-                case Bend(faces=faces, hinge=hinge, to_rad=to_rad):
-                    present[list(faces)] = False
-                    parts.append(bent_points(self.plan, faces, hinge, to_rad))
-                case Release():
-                    released = True
-                case _:
-                    pass
-        flat = self.plan.sheet.vertices[np.unique(self.plan.sheet.faces[present])]
-        parts.append(np.column_stack([flat, np.zeros(len(flat))]))
-        if not released:
-            parts.append(folded_triangles(self.plan.net, angles).reshape(-1, 3))
-        return np.concatenate(parts)
+            part.pass_step(done)
+        return part.points(angles)

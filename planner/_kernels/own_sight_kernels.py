@@ -25,8 +25,8 @@ from planner._kernels.net_arrays import (
     SLOT,
     TREE,
 )
-from planner._kernels.net_kernels import component, move_part, moved_overlaps, root_tree, unmark
-from planner._kernels.plan_kernels import ANGLE_WEIGHT, SHAPE_WEIGHT
+from planner._kernels.net_kernels import component, move_part, moved_overlaps, root_tree, swap, unmark
+from planner._kernels.plan_kernels import ANGLE_WEIGHT, MOST_OVERLOAD, OVERLOAD_WEIGHT, SHAPE_WEIGHT
 from planner._kernels.shadow_kernels import WORDS, samples_seen
 
 MOMENTS = 13
@@ -36,14 +36,8 @@ SIZE_MM, WEIGHT, SAFE, STEEP, FRACTION = 0, 1, 2, 3, 4
 """Places in the figures of a table: longest side of the goal, weight over plastic moment of the sheet, load without
 remark, slope of the most tilted beam, and from the last on the shares of an angle at which is looked."""
 
-START, ALONG, LENGTH, ANGLE, SIDE_REALS = 0, 3, 6, 7, 8
+START, ALONG, LENGTH, ANGLE = 0, 3, 6, 7
 """Places in the row of a crease: start and direction on the goal, length, signed goal angle."""
-
-FACE_REALS = 4
-"""Centroid and area of a face."""
-
-OVERLOAD_WEIGHT, MOST_OVERLOAD = 0.05, 4.0
-"""Cost of the load on creases beyond what is safe, and where it is capped."""
 
 LEAST_LOST_RAD = 0.02
 """Weight with which a crease is chosen that misses next to nothing."""
@@ -218,16 +212,6 @@ def _has_free_side(s, least):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _replace(s, cut, join):  # type: ignore[no-untyped-def]
-    """Replace crease ``cut`` by ``join``, whatever that hits, and root the tree again."""
-    component(s, cut)
-    move_part(s, join)
-    unmark(s)
-    s.edge[cut, TREE], s.edge[join, TREE] = 0, 1
-    root_tree(s, s.number[BASE])
-
-
-@inner
 def _replace_free(s, cut, joins, rng, tries):  # type: ignore[no-untyped-def]
     """Replace crease ``cut`` by a random edge so that nothing overlaps; the edge, or -1 if nothing was changed."""
     if s.edge[cut, FROZEN] != 0:
@@ -276,7 +260,7 @@ def own_cost_within(s, table, axis, path, limit, tries, rng, lost, out):  # type
         cost = own_cost(s, table, math.cos(heading), math.sin(heading), masks, sums, lost)
         if tries == 0 or cost <= limit:
             return cost
-        _replace(s, out[1], out[0])
+        swap(s, out[1], out[0])
     return -1.0
 
 
@@ -302,19 +286,17 @@ def anneal_own(s, table, axis, rng, moves, warm, cold, least, move_base, best_tr
     path, joins = np.empty(len(s.edge) + 1, np.int64), np.empty(len(s.edge) + 1, np.int64)
     cost, best, bar = np.inf, np.inf, np.inf
     for move in range(moves + 1):
-        kind = -1 if move == 0 else draw(rng, 100)
+        kind = -1 if move == 0 else draw(rng, 100)  # at first the net as it is
         if move > 0:
             temperature = warm * (cold / warm) ** (move / moves)
             bar = cost - temperature * math.log((draw(rng, 1 << 30) + 1.0) / (1 << 30))
         ax, ay, old, cut, join = axis[0], axis[1], s.number[BASE], np.int64(-1), np.int64(-1)
-        if move == 0:
-            pass  # the net as it is
-        elif kind < AXIS_PERCENT:
+        if 0 <= kind < AXIS_PERCENT:
             angle = math.pi * draw(rng, 1000) / 1000.0
             if 2 * kind < AXIS_PERCENT:
                 angle = math.atan2(ay, ax) + AXIS_STEP_RAD * (draw(rng, 2001) / 1000.0 - 1.0)
             axis[0], axis[1] = math.cos(angle), math.sin(angle)
-        elif kind < AXIS_PERCENT + BASE_PERCENT:
+        elif AXIS_PERCENT <= kind < AXIS_PERCENT + BASE_PERCENT:
             new = draw(rng, n)
             if kind < AXIS_PERCENT + BASE_PERCENT // 2:
                 e = s.node[SIDES + draw(rng, 3), old]
@@ -323,7 +305,7 @@ def anneal_own(s, table, axis, rng, moves, warm, cold, least, move_base, best_tr
             if not move_base or new == old:
                 continue
             root_tree(s, new)
-        else:
+        elif kind >= 0:
             count = 0
             if kind < 100 - ANYWHERE_PERCENT:
                 f = _lossy_face(lost, rng)
@@ -353,7 +335,7 @@ def anneal_own(s, table, axis, rng, moves, warm, cold, least, move_base, best_tr
                 continue
         axis[0], axis[1] = ax, ay
         if join >= 0:
-            _replace(s, join, cut)
+            swap(s, join, cut)
         elif s.number[BASE] != old:
             root_tree(s, old)
 

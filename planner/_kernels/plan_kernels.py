@@ -17,6 +17,8 @@ NOT_BLOCKED, BY_CONTACT, BY_SIGHT = 0, 1, 2
 STEP_ROTATE, STEP_FOLD = 0, 1
 SHAPE_WEIGHT, ANGLE_WEIGHT = 0.35, 1.0
 """Cost of a shape error as long as the goal, and of folding nothing: what every choice of a plan makes small."""
+OVERLOAD_WEIGHT, MOST_OVERLOAD = 0.05, 4.0
+"""Cost of the load on creases beyond what is safe, and where it is capped."""
 STAGES = 4
 """Turns in which a crease that is hard to see may be folded."""
 LEAST_FOLD_RAD = math.radians(0.5)
