@@ -107,7 +107,7 @@ def improve_on_sheet(
         net = now.candidate
         move = random_trial(
             net.trial, net.tree, now.result, rng, axes, fixed_base=settings.fixed_base,
-            fixed_net=settings.fixed_net, own=net.own_limit(problem, net.cost + bar - now.cost),
+            fixed_net=settings.fixed_net, own=net.own_limit(problem, net.cost + bar - now.cost, settings),
         )  # fmt: skip
         if move is None:
             continue

@@ -125,9 +125,12 @@ class Candidate:
         """What was judged."""
         return Trial(self.layout, self.axis_rad, self.after, self.own)
 
-    def own_limit(self, problem: FoldProblem, bar: float) -> OwnLimit | None:
-        """What ``OwnSight`` must say of a net that may cost up to ``bar`` in place of this one."""
-        sight = problem.own_sight
+    def own_limit(self, problem: FoldProblem, bar: float, settings: SearchSettings) -> OwnLimit | None:
+        """What ``OwnSight`` must say of a net that may cost up to ``bar`` in place of this one.
+
+        Where the net is given, its table would take longer than it saves.
+        """
+        sight = None if settings.fixed_net else problem.own_sight
         if sight is None:
             return None
         other = OWN_SLACK * max(0.0, self.cost - self.own)
@@ -347,7 +350,7 @@ def improve(
         bar = current.cost - temperature * math.log(1.0 - rng.random())
         move = random_trial(
             current.trial, current.tree, current.result, rng, axes, fixed_base=settings.fixed_base,
-            fixed_net=settings.fixed_net, own=current.own_limit(problem, bar),
+            fixed_net=settings.fixed_net, own=current.own_limit(problem, bar, settings),
         )  # fmt: skip
         if move is None:
             continue

@@ -216,7 +216,8 @@ def _nets_to_fold(
     trials: tuple[BaseTrial, ...] = ()
     if keep_net:
         tell(0.0, "other axes and orders for the net")
-        start = min((judge(given, problem, axis) for axis in axis_angles(problem)), key=lambda c: c.cost)
+        tried = (judge(given, problem, axis, own=0.0) for axis in axis_angles(problem))
+        start = min(tried, key=lambda c: c.cost)
         orders = replace(settings, evaluations=evaluations // ORDERS_SHARE, fixed_net=True)
         found = [start] if done(start) else improve(start, problem, orders)
     else:
