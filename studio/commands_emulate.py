@@ -12,20 +12,39 @@ from cyclopts import Parameter
 from studio.commands_lists import say
 from studio.commands_view import check_port
 from studio.exit_codes import DONE
+from studio.flags import not_negative
 
 __all__ = ["emulate"]
+
+
+def _free_or_port(kind: object, value: int | None) -> None:
+    """Refuse what is neither 0 nor a port that a program of a user may open."""
+    check_port(kind, value or None)
 
 
 def emulate(
     rig: str = "grbl-4axis",
     /,
     *,
-    port: Annotated[int, Parameter(metavar="N", help="Port on 127.0.0.1; 0 takes a free one.")] = 0,
+    port: Annotated[
+        int,
+        Parameter(metavar="N", validator=_free_or_port, help="Port on 127.0.0.1; 0 takes a free one."),
+    ] = 0,
     time_scale: Annotated[
-        float, Parameter(metavar="X", help="Simulated seconds in a second; 0: as fast as possible.")
+        float,
+        Parameter(
+            metavar="X",
+            validator=not_negative,
+            help="Simulated seconds in a second; 0: as fast as possible.",
+        ),
     ] = 1.0,
     baud: Annotated[
-        int, Parameter(metavar="N", help="Pace the link as a serial line, such as 115200; 0: at once.")
+        int,
+        Parameter(
+            metavar="N",
+            validator=not_negative,
+            help="Pace the link as a serial line, such as 115200; 0: at once.",
+        ),
     ] = 0,
     fault: Annotated[
         tuple[str, ...], Parameter(metavar="FAULT", help="What goes wrong: error:9@120, door@2.5s, …")
@@ -48,8 +67,11 @@ def emulate(
     from rigs.cable import cable as bad_cable
     from rigs.cable import read_cable
     from rigs.emulator import start_emulator
+    from rigs.emulator.faults import read_faults
+    from rigs.rig import load_rig
 
-    check_port(None, port or None)
+    load_rig(rig)
+    read_faults(fault)
     harms = read_cable(cable)
     with contextlib.ExitStack() as stack:
         machine = stack.enter_context(
