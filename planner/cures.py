@@ -72,6 +72,11 @@ class CureFinder:
         these those that do not spoil the shape, then by its error.
         """
         bench = self.bench
+        if found.cause == "room":
+            face = bench.plan.net.child_of[crease]
+            whole = bench.fold_on_sheet(Change(restore=face))
+            edge = int(bench.layout.crease[face])
+            return (() if whole is None else (make_cure("restore", whole, edge, 1),)), False
         if self._axes is None or self._bases is None:
             self._axes = axis_attempts(bench, self._most_axes if self._tilts else 0)
             self._bases = base_attempts(bench, self._most_bases)
@@ -160,7 +165,8 @@ class CureFinder:
         folded = 0
         best: tuple[float, int, float] | None = None
         for other in others[:tries]:
-            most = abs(float(bench.tree.target[other])) - REMAINS_RAD
+            held = float(bench.back[bench.layout.crease[other]])
+            most = abs(float(bench.tree.target[other])) - held - REMAINS_RAD
             folded += 1
             if not self._frees(bench.fold(Change(unfold=(other, most))), edge):
                 continue

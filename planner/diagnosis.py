@@ -7,16 +7,16 @@ from typing import Literal
 
 __all__ = ["Cause", "Cure", "CureKind", "Diagnosis", "Proof", "View"]
 
-Cause = Literal["sight", "own flap", "contact", "substrate", "order"]
+Cause = Literal["sight", "own flap", "contact", "substrate", "order", "room"]
 """What stops a crease.
 
 ``sight``: something stands between it and the beam. ``own flap``: the turning face leans so far over its
 crease that the beam would have to come from beyond the largest tilt. ``contact``: the moving part would touch
 the net. ``substrate``: it would touch sheet that has to stay. ``order``: nothing stops it where it stands, a
-planner that comes back to it could fold it.
+planner that comes back to it could fold it. ``room``: it is held back so that others go further.
 """
 
-CureKind = Literal["tilt", "axis", "base", "cut", "clearance", "hidden", "unfold"]
+CureKind = Literal["tilt", "axis", "base", "cut", "clearance", "hidden", "unfold", "restore"]
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,8 @@ class Cure:
 
     Attributes:
         kind: what was changed: the tilt limit, the direction of the rotary axis, the base face, one crease of
-            the net, the clearance, the share of a crease that may be hidden, the angle of another crease.
+            the net, the clearance, the share of a crease that may be hidden, the angle of another crease, or
+            that the crease itself is no longer held back (``restore``).
         value: the new tilt limit in rad, how far the rotary axis is turned in the sheet in rad, the clearance
             in mm, the share, or by how much the other crease is folded less, in rad; else 0.
         face: the new base face; -1 for other kinds.

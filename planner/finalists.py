@@ -61,7 +61,7 @@ def on_its_sheet(
     net, axis_rad = net_of(candidate)
     placed = place_net(net, problem.limits, axis_rad)
     sheet = make_sheet(placed, problem.limits)
-    folded = fold_on_sheet(placed, sheet, problem, without, after=candidate.after)
+    folded = fold_on_sheet(placed, sheet, problem, without, after=candidate.after, back=candidate.held_back)
     weight = cost(folded.result, problem)
     if folded.hold.needed and "held" not in without:
         weight += 1.0  # ``plan_on_sheet`` refuses it: the last resort
@@ -111,7 +111,7 @@ def improve_on_sheet(
         )  # fmt: skip
         if move is None:
             continue
-        trial = judge(move.layout, problem, move.axis_rad, bar, move.after, move.own)
+        trial = judge(move.layout, problem, move.axis_rad, bar, move.after, move.own, move.back)
         if trial.cost > bar or not math.isfinite(trial.cost):
             continue
         if trial.cost >= best.cost and not now.spoilt:

@@ -24,6 +24,7 @@ class FirstBlockProblem(FoldProblem):
         obstacles: NDArray[np.float64] | None = None,
         rank: NDArray[np.int64] | None = None,  # noqa: ARG002  the order is fixed
         after: NDArray[np.int64] | None = None,  # noqa: ARG002
+        back: NDArray[np.float64] | None = None,  # noqa: ARG002
         give_up: float = np.inf,  # noqa: ARG002  one pass only
     ) -> FoldResult:
         """Fold ``tree`` to the first block; arguments as in ``FoldProblem.fold``."""

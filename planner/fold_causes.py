@@ -38,6 +38,7 @@ def find_causes(
     """
     net = plan.net
     turns = [(net.child_of[s.crease], s.to_rad) for s in plan.steps if isinstance(s, Fold)]
+    held_back = {b.crease for b in plan.blocked if b.by == "room"}
     moments: dict[int, list[int]] = {}
     for blocked in plan.blocked:
         face = net.child_of[blocked.crease]
@@ -48,9 +49,11 @@ def find_causes(
     for number in range(len(turns) + 1):
         for face in moments.get(number, ()):
             missing = abs(float(tree.target[face])) - abs(float(plan.final_angles[net.crease_of[face]]))
-            found[int(net.crease_of[face])] = _cause(
-                net, state, face, triangles, max(0.0, missing) * float(levers[face])
-            )
+            crease, loss_mm = int(net.crease_of[face]), max(0.0, missing) * float(levers[face])
+            if crease in held_back:
+                found[crease] = Diagnosis("room", float(plan.final_angles[crease]), loss_mm=loss_mm)
+            else:
+                found[crease] = _cause(net, state, face, triangles, loss_mm)
         if number < len(turns):
             state.turn(*turns[number])
     return found

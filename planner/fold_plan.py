@@ -196,7 +196,7 @@ class Blocked:
         crease: net edge index.
         reached_rad: angle at the end of the plan.
         wanted_rad: goal angle.
-        by: what stops it.
+        by: what stops it; ``room``: it is held back on purpose, so that others go further.
         blockers: faces of the net (or, for ``substrate``, triangles) that hide or touch.
         at_rad: the angle at which it is stopped.
         diagnosis: the cause measured, its witness and what would free it; None if nobody has looked.
@@ -205,7 +205,7 @@ class Blocked:
     crease: int
     reached_rad: float
     wanted_rad: float
-    by: Literal["collision", "sight", "substrate", "order", "limit"]
+    by: Literal["collision", "sight", "substrate", "order", "limit", "room"]
     blockers: tuple[int, ...] = ()
     at_rad: float = 0.0
     diagnosis: Diagnosis | None = None

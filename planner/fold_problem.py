@@ -32,6 +32,9 @@ RULES = ("outside-in", "side", "sight", "contact", "substrate", "held", "clearan
 SAFE_LOAD = 0.3
 """Share of the yielding moment that a crease carries without remark."""
 
+HELD_BACK = 3
+"""Cause of a crease that is left short so that others go further."""
+
 SIGHT_RESERVE = 0.5
 """Share of ``hidden_max`` that the planner uses: it looks every few degrees, and an independent check samples
 the crease, where short shadows together may cover more samples than their length is worth."""
@@ -113,7 +116,7 @@ class FoldResult:
     Attributes:
         steps: (S, 3) rows (kind, face or rotary option, angle in rad); kinds as in the kernel.
         reached: (F,) angle at the crease of each face.
-        cause: (F,) 0 folded, 1 contact, 2 sight.
+        cause: (F,) 0 folded, 1 contact, 2 sight, ``HELD_BACK``: left short on purpose.
         blocker: (F,) solid that stops it, -1 if none; numbers from F on are obstacles.
         stopped_at: (F,) absolute angle at which it is stopped.
         completion: sum of reached over sum of wanted angles (1 if nothing is to be folded).
@@ -233,6 +236,7 @@ class FoldProblem:
         obstacles: NDArray[np.float64] | None = None,
         rank: NDArray[np.int64] | None = None,
         after: NDArray[np.int64] | None = None,
+        back: NDArray[np.float64] | None = None,
         give_up: float = np.inf,
     ) -> FoldResult:
         """Fold ``tree`` as far as it goes.
@@ -242,9 +246,10 @@ class FoldProblem:
             obstacles: (M, 12, 3) solids that stand still in the sheet plane and must not be touched.
             rank: (F,) faces in the order in which they are tried; deepest first if not given.
             after: (F,) for each face another whose crease is to be folded before, -1: none; a wish only.
+            back: (F,) angle, rad, by which the crease of each face is held back on purpose.
             give_up: stop early once what is conceded costs about this much; the result is then unfinished.
         """
-        from planner._kernels.plan_kernels import fold_greedily
+        from planner._kernels.plan_kernels import ANGLE_WEIGHT, fold_greedily
 
         count = len(tree.parent)
         solids = self.solids(tree)
@@ -255,8 +260,15 @@ class FoldProblem:
         centres, radii = bounding_spheres(solids)
         preorder, first, last = tree.subtrees
         hinges, lengths = tree.hinge_lines
+        wanted = np.abs(tree.target)
+        target, total = tree.target, wanted.sum()
+        if back is not None:
+            back = np.minimum(back, wanted)
+            target = np.copysign(wanted - back, target)
+            target[back >= wanted] = 0.0
+            give_up -= ANGLE_WEIGHT * back.sum() / total
         steps, reached, cause, blocker, stopped_at = fold_greedily(
-            tree.parent, preorder, first, last, hinges, lengths, tree.target,
+            tree.parent, preorder, first, last, hinges, lengths, target,
             np.ascontiguousarray(tree.order[::-1]) if rank is None else rank,
             np.full(count, -1) if after is None else after, self.levers(tree),
             solids, centres, radii, sharp, np.ones(len(solids), np.bool_), np.ones(len(solids), np.bool_),
@@ -266,7 +278,9 @@ class FoldProblem:
             self.use_contact, self.use_sight, True,
             give_up, self.goal.longest_side_mm,
         )  # fmt: skip
-        wanted = np.abs(tree.target).sum()
+        if back is not None:
+            held = (cause == 0) & (back > 0.0) & (wanted > 0.0)
+            cause[held], stopped_at[held] = HELD_BACK, np.abs(reached[held])
         loads = self.loads(tree)
         return FoldResult(
             steps=steps,
@@ -274,9 +288,7 @@ class FoldProblem:
             cause=cause,
             blocker=blocker,
             stopped_at=stopped_at,
-            completion=float(np.minimum(np.abs(reached), np.abs(tree.target)).sum() / wanted)
-            if wanted
-            else 1.0,
+            completion=float(np.minimum(np.abs(reached), wanted).sum() / total) if total else 1.0,
             shape_rms=shape_rms(solids[:count, 9:12], self.corners_3d),
             rotations=int((steps[:, 0] == 0).sum()),
             overload=float(np.maximum(loads - SAFE_LOAD, 0.0).sum()),

@@ -25,8 +25,8 @@ from planner.processors import processors
 from planner.search_moves import OwnLimit, Trial, random_trial
 
 __all__ = [
-    "SEED_STEP", "Candidate", "SearchSettings", "axis_angles", "cost", "done", "flat_tree", "improve",
-    "judge", "search",
+    "SEED_STEP", "Candidate", "SearchSettings", "axis_angles", "cost", "done", "flat_tree",
+    "held_back", "improve",    "judge", "search",
 ]  # fmt: skip
 
 KEPT, LINE = 5, 2
@@ -110,6 +110,7 @@ class Candidate:
         cost: what the search makes small; infinite if the sheet does not fit the machine.
         after: (F,) for each face another whose crease is to be folded before, -1: none; None: none at all.
         own: the part of the cost that ``OwnSight`` sees; 0 if nobody asked.
+        back: (M,) angle, rad, by which the crease at each interior edge of the goal is held back; None: none.
     """
 
     layout: FlatLayout
@@ -119,11 +120,17 @@ class Candidate:
     cost: float
     after: NDArray[np.int64] | None = None
     own: float = 0.0
+    back: NDArray[np.float64] | None = None
 
     @property
     def trial(self) -> Trial:
         """What was judged."""
-        return Trial(self.layout, self.axis_rad, self.after, self.own)
+        return Trial(self.layout, self.axis_rad, self.after, self.own, self.back)
+
+    @property
+    def held_back(self) -> NDArray[np.float64] | None:
+        """(F,) ``back`` at the crease of each face, as ``FoldProblem.fold`` wants it."""
+        return None if self.back is None else held_back(self.layout, self.back)
 
     def own_limit(self, problem: FoldProblem, bar: float, settings: SearchSettings) -> OwnLimit | None:
         """What ``OwnSight`` must say of a net that may cost up to ``bar`` in place of this one.
@@ -167,21 +174,28 @@ def judge(
     give_up: float = math.inf,
     after: NDArray[np.int64] | None = None,
     own: float | None = None,
+    back: NDArray[np.float64] | None = None,
 ) -> Candidate:
     """Fold ``layout`` inside the clamped frame and weigh what comes out, see ``cost``.
 
     A net whose cost is about to exceed ``give_up`` is not folded to the end; what it costs then is a bound.
-    ``own`` is what ``OwnSight`` says of it, if that is known already.
+    ``own`` is what ``OwnSight`` says of it, if that is known already; the others are as in ``Candidate``.
     """
     tree = flat_tree(layout, axis_rad)
     frame = frame_strip(tree, problem.limits) if problem.use_substrate else None
-    result = problem.fold(tree, obstacles=frame, give_up=give_up, after=after)
+    less = None if back is None else held_back(layout, back)
+    result = problem.fold(tree, obstacles=frame, give_up=give_up, after=after, back=less)
     weight = cost(result, problem) if fits(tree, problem) else math.inf
     if weight <= give_up and math.isfinite(weight) and problem.use_held and problem.use_substrate:
         weight += hold_cost(hold_gap(tree, result, problem))
     if own is None:
         own = 0.0 if problem.own_sight is None else problem.own_sight.cost(layout, axis_rad)[0]
-    return Candidate(layout, axis_rad, tree, result, weight, after, own)
+    return Candidate(layout, axis_rad, tree, result, weight, after, own, back)
+
+
+def held_back(layout: FlatLayout, back: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(F,) angle by which the crease of each face is held back, from (M,) those at each interior edge."""
+    return np.where(layout.crease >= 0, back[layout.crease], 0.0)
 
 
 def hold_cost(gap: int) -> float:
@@ -354,7 +368,7 @@ def improve(
         )  # fmt: skip
         if move is None:
             continue
-        trial = judge(move.layout, problem, move.axis_rad, bar, move.after, move.own)
+        trial = judge(move.layout, problem, move.axis_rad, bar, move.after, move.own, move.back)
         if trial.cost <= bar and math.isfinite(trial.cost):
             current = trial
         if trial.cost < best.cost:

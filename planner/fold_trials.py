@@ -13,7 +13,7 @@ from planner.errors import PlanError
 from planner.flat_layout import FlatLayout
 from planner.fold_plan import FoldPlan
 from planner.fold_problem import FlatTree, FoldProblem, FoldResult
-from planner.fold_search import fits, flat_tree
+from planner.fold_search import fits, flat_tree, held_back
 from planner.insets import edge_insets
 from planner.lost_folds import foldable_share
 from planner.placement import place_net
@@ -33,12 +33,14 @@ class Change:
         clearance: of the faces, mm.
         hidden_max: largest hidden share.
         unfold: a face and by how much its crease is folded less, rad.
+        restore: a face whose crease is no longer held back.
     """
 
     tilt_rad: float | None = None
     clearance: float | None = None
     hidden_max: float | None = None
     unfold: tuple[int, float] | None = None
+    restore: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +89,7 @@ class Workbench:
         kept: substrate triangles that stay and stand in the way of folds.
         bodies: these as solids.
         layout: the net as a layout that can be changed; copies of it are.
+        back: (M,) angle, rad, by which the plan holds back the crease at each interior edge of the goal.
         folds: how many times a net has been folded so far.
     """
 
@@ -98,18 +101,24 @@ class Workbench:
             hidden_max=plan.hidden_max, without=plan.without,
         )  # fmt: skip
         self.tree = tree_of_net(net)
-        self.folds = 1
-        stays = fold_on_sheet(net, plan.sheet, self.problem, plan.without, self.tree).kept
-        named = [b.blockers[0] for b in plan.blocked if b.by == "substrate" and b.blockers]
-        self.kept = np.union1d(stays, np.array(named, dtype=np.int64))
-        self.bodies = sheet_solids(plan.sheet, limits.thickness)[self.kept]
-        if "substrate" in plan.without:
-            self.bodies = self.bodies[:0]
         graph = DualGraph(net.goal)
         joined = np.flatnonzero(self.tree.parent >= 0)
         mask = np.zeros(len(graph.faces), dtype=np.bool_)
         mask[graph.face_edges[joined, self.tree.slot[joined]]] = True
         self.layout = FlatLayout(graph, mask, net.base_face)
+        self.back = np.zeros(len(graph.faces))
+        for blocked in plan.blocked:
+            if blocked.by == "room":
+                short = abs(blocked.wanted_rad) - abs(blocked.reached_rad)
+                self.back[self.layout.crease[net.child_of[blocked.crease]]] = max(0.0, short)
+        self.folds = 1
+        back = held_back(self.layout, self.back)
+        stays = fold_on_sheet(net, plan.sheet, self.problem, plan.without, self.tree, back=back).kept
+        named = [b.blockers[0] for b in plan.blocked if b.by == "substrate" and b.blockers]
+        self.kept = np.union1d(stays, np.array(named, dtype=np.int64))
+        self.bodies = sheet_solids(plan.sheet, limits.thickness)[self.kept]
+        if "substrate" in plan.without:
+            self.bodies = self.bodies[:0]
         self.share = foldable_share(net)
         self._known: dict[Change, Trial] = {}
         self._sure: dict[Change, Trial | None] = {}
@@ -120,21 +129,21 @@ class Workbench:
     def fold(self, change: Change) -> Trial:
         """Fold the net again among what stays of its sheet; asked twice, answered from memory."""
         if change not in self._known:
-            problem, tree = self._changed(change)
+            problem, tree, back = self._changed(change)
             self.folds += 1
             self._known[change] = self._trial(
-                problem.fold(tree, obstacles=self.bodies), self.layout.crease, self.tree.target
+                problem.fold(tree, obstacles=self.bodies, back=back), self.layout.crease, self.tree.target
             )
         return self._known[change]
 
     def fold_on_sheet(self, change: Change) -> Trial | None:
         """The same, with tabs and clips chosen anew; None if the base cannot be held then."""
         if change not in self._sure:
-            problem, tree = self._changed(change)
+            problem, tree, back = self._changed(change)
             plan = self.plan
             self.folds += 1
             try:
-                made = fold_on_sheet(plan.net, plan.sheet, problem, plan.without, tree)
+                made = fold_on_sheet(plan.net, plan.sheet, problem, plan.without, tree, back=back)
             except PlanError:
                 self._sure[change] = None
                 return None
@@ -161,7 +170,8 @@ class Workbench:
         if not fits(tree, self.problem):
             return None
         self.folds += 1
-        return self._trial(self.problem.fold(tree), layout.crease, tree.target)
+        result = self.problem.fold(tree, back=held_back(layout, self.back))
+        return self._trial(result, layout.crease, tree.target)
 
     def fold_net_on_sheet(self, layout: FlatLayout, axis_rad: float) -> Trial | None:
         """Place another net in a sheet of its own and fold it there; None if that is impossible."""
@@ -179,7 +189,8 @@ class Workbench:
         self.folds += 1
         try:
             placed = place_net(net, limits, math.atan2(end[1] - start[1], end[0] - start[0]) + axis_rad)
-            made = fold_on_sheet(placed, make_sheet(placed, limits), self.problem, plan.without)
+            back = held_back(layout, self.back)
+            made = fold_on_sheet(placed, make_sheet(placed, limits), self.problem, plan.without, back=back)
         except PlanError:
             return None
         if made.hold.needed and "held" not in plan.without:
@@ -187,9 +198,11 @@ class Workbench:
         tree = tree_of_net(placed)
         return self._trial(made.result, layout.crease, tree.target)
 
-    def _changed(self, change: Change) -> tuple[FoldProblem, FlatTree]:
+    def _changed(self, change: Change) -> tuple[FoldProblem, FlatTree, NDArray[np.float64]]:
+        """The problem, the net with its goal angles, and what is held back, all after the change."""
         problem, tree, plan = self.problem, self.tree, self.plan
-        if change != Change(unfold=change.unfold):
+        back = held_back(self.layout, self.back)
+        if change != Change(unfold=change.unfold, restore=change.restore):
             limits, insets, hidden = plan.limits, problem.insets, problem.hidden_max
             if change.tilt_rad is not None:
                 limits = replace(limits, max_tilt_rad=change.tilt_rad)
@@ -201,10 +214,10 @@ class Workbench:
             problem = FoldProblem(plan.net.goal, insets, limits, hidden_max=hidden, without=plan.without)
         if change.unfold is not None:
             face, less = change.unfold
-            target = tree.target.copy()
-            target[face] -= math.copysign(less, float(target[face]))
-            tree = replace(tree, target=target)
-        return problem, tree
+            back[face] += less
+        if change.restore is not None:
+            back[change.restore] = 0.0
+        return problem, tree, back
 
     def _trial(
         self,

@@ -86,6 +86,7 @@ class MotionPlannerProblem(FoldProblem):
         obstacles: NDArray[np.float64] | None = None,
         rank: NDArray[np.int64] | None = None,  # noqa: ARG002  the order is what is looked for
         after: NDArray[np.int64] | None = None,  # noqa: ARG002
+        back: NDArray[np.float64] | None = None,  # noqa: ARG002
         give_up: float = np.inf,  # noqa: ARG002  the budget ends the search
     ) -> FoldResult:
         """Look for a way to the goal; arguments as in ``FoldProblem.fold``."""

@@ -16,7 +16,7 @@ from planner.corner_tabs import neck_notice
 from planner.errors import PlanError
 from planner.fabrication import check_held, fabrication_steps
 from planner.fold_plan import Blocked, Fold, FoldPlan, PlanMetrics, Rotate, Sheet
-from planner.fold_problem import FlatTree, FoldProblem, FoldResult
+from planner.fold_problem import HELD_BACK, FlatTree, FoldProblem, FoldResult
 from planner.holding import Hold, hold_base
 from planner.lost_folds import foldable_share
 from planner.metal_pieces import incentres, piece_of
@@ -108,6 +108,7 @@ def fold_on_sheet(
     without: Collection[str],
     tree: FlatTree | None = None,
     after: NDArray[np.int64] | None = None,
+    back: NDArray[np.float64] | None = None,
 ) -> SheetFold:
     """Fold the placed net around the frame and whatever has to stay so that the base is held.
 
@@ -118,6 +119,7 @@ def fold_on_sheet(
         without: rules that are switched off.
         tree: the net as arrays, if other angles than the goal's are wanted.
         after: (F,) for each face another whose crease is to be folded before, see ``FoldProblem.fold``.
+        back: (F,) angle, rad, by which the crease of each face is held back on purpose.
 
     Raises:
         PlanError: if no free edge of the base panel has sheet beside it.
@@ -127,7 +129,7 @@ def fold_on_sheet(
     bodies = sheet_solids(sheet, problem.limits.thickness)
     kept = np.flatnonzero(sheet.frame_faces)
     for _ in range(3):
-        result = problem.fold(tree, obstacles=bodies[kept] if sweeps_sheet else None, after=after)
+        result = problem.fold(tree, obstacles=bodies[kept] if sweeps_sheet else None, after=after, back=back)
         hits = sheet_hits(tree, result, problem, bodies) if sweeps_sheet else {}
         swept = frozenset(hits) - frozenset(kept.tolist())
         check = partial(stays_clear, tree=tree, result=result, problem=problem) if sweeps_sheet else None
@@ -200,7 +202,7 @@ def _blocked(net: Net, result: FoldResult, kept: NDArray[np.int64]) -> tuple[Blo
     for face in np.flatnonzero(result.cause != 0).tolist():
         edge = int(net.crease_of[face])
         blocker = int(result.blocker[face])
-        by: str = {2: "sight", 3: "order"}.get(int(result.cause[face]), "collision")
+        by: str = {2: "sight", HELD_BACK: "room"}.get(int(result.cause[face]), "collision")
         blockers: tuple[int, ...] = () if blocker < 0 else (blocker,)
         if blocker >= len(net.faces):
             by, blockers = "substrate", (int(kept[blocker - len(net.faces)]),)

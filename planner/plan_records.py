@@ -125,7 +125,7 @@ class BlockedRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
     crease: _Index
     reached: _Degrees
     wanted: _Degrees
-    by: Literal["collision", "sight", "substrate", "order", "limit"]
+    by: Literal["collision", "sight", "substrate", "order", "limit", "room"]
     blockers: tuple[_Index, ...] = msgspec.field(name="with")
     at: _Degrees
     diagnosis: DiagnosisRecord | None = None

@@ -25,6 +25,13 @@ MEND_WARM = 0.003
 DROP_SHARE = 0.3
 """Share of the moves of the order that drop a wish."""
 
+BACK_SHARE, RELEASE_SHARE = 0.25, 0.4
+"""Share of the exchanges in place of which a crease is held back, so that what it carries is less in the way
+of another; and how many of these let one go further again, if there are any."""
+
+MOST_BACK_RAD, BACK_FOLDS = math.radians(30.0), 4.0
+"""How much a crease is held back at once: at most, and at least, as the power of e by which that is less."""
+
 AXIS_STEP_RAD = 0.2
 """Typical turn of the rotary axis in a small move."""
 
@@ -50,12 +57,15 @@ class Trial:
         axis_rad: direction of the rotary axis, from the base face's side from corner 0 to corner 1.
         after: (F,) for each face another whose crease is to be folded before, -1: none; None: none at all.
         own: cost of the net as ``OwnSight`` sees it; 0 if nobody asked.
+        back: (M,) angle, rad, by which the crease at each interior edge of the goal is held back, so that
+            others go further; None: none is.
     """
 
     layout: FlatLayout
     axis_rad: float
     after: NDArray[np.int64] | None
     own: float = 0.0
+    back: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +128,8 @@ def random_trial(
     if kind < ORDER_SHARE:
         return _other_order(now, face, other, rng)
     kind -= ORDER_SHARE
+    if rng.random() < BACK_SHARE:
+        return _held_back(now, face, other, rng)
     return _exchange(now, face, other, rng, anywhere=kind < ANYWHERE_SHARE, own=own)
 
 
@@ -127,7 +139,7 @@ def _mended(now: Trial, own: OwnLimit, rng: np.random.Generator, *, fixed_base: 
     made = own.sight.anneal(now.layout, now.axis_rad, moves, rng, fixed_base=fixed_base, warm=MEND_WARM)
     if made.cost >= now.own or made.cost > own.cost:
         return None
-    return Trial(made.layout, made.axis_rad, now.after, made.cost)
+    return replace(now, layout=made.layout, axis_rad=made.axis_rad, own=made.cost)
 
 
 def _within(make: Callable[[], Trial | None], own: OwnLimit | None) -> Trial | None:
@@ -147,7 +159,7 @@ def _other_axis(now: Trial, axes: list[float], rng: np.random.Generator) -> Tria
     """The rotary axis in another direction, near by or one of ``axes``."""
     jump = rng.random() < 0.4
     angle = axes[int(rng.integers(len(axes)))] if jump else now.axis_rad + AXIS_STEP_RAD * rng.normal()
-    return Trial(now.layout, float(angle), now.after)
+    return replace(now, axis_rad=float(angle))
 
 
 def _other_base(now: Trial, rng: np.random.Generator) -> Trial | None:
@@ -160,7 +172,7 @@ def _other_base(now: Trial, rng: np.random.Generator) -> Trial | None:
     near = rng.random() < 0.5 and len(beside) > 0
     layout.set_base(int(rng.choice(beside)) if near else int(rng.integers(len(layout.parent))))
     axis_rad = now.axis_rad + before - layout.heading  # it stays where it is in the net
-    return Trial(layout, axis_rad, now.after) if layout.free_edges() > 0 else None
+    return replace(now, layout=layout, axis_rad=axis_rad) if layout.free_edges() > 0 else None
 
 
 def _other_order(now: Trial, face: int, other: int, rng: np.random.Generator) -> Trial | None:
@@ -171,7 +183,30 @@ def _other_order(now: Trial, face: int, other: int, rng: np.random.Generator) ->
     if len(wishes) and rng.random() < DROP_SHARE:
         after[rng.choice(wishes)] = -1
         return replace(now, after=after)
-    # the creases that move what blocks it, but not the face itself
+    movers, common = _movers(layout, face, other)
+    if not movers or common == face:
+        return None  # what hangs on the face turns before it in any case
+    after[rng.choice(movers)] = face
+    return replace(now, after=after)
+
+
+def _held_back(now: Trial, face: int, other: int, rng: np.random.Generator) -> Trial | None:
+    """A crease that moves what blocks a failed face is held back by an angle; or one goes further again."""
+    layout = now.layout
+    back = np.zeros(len(layout.tree)) if now.back is None else now.back.copy()
+    held = np.flatnonzero((back > 0.0) & layout.tree)
+    if len(held) and rng.random() < RELEASE_SHARE:
+        back[rng.choice(held)] *= max(0.0, 2.0 * rng.random() - 1.0)
+        return replace(now, back=back)
+    movers = [f for f in _movers(layout, face, other)[0] if not layout.graph.flat[layout.crease[f]]]
+    if not movers:
+        return None
+    back[layout.crease[rng.choice(movers)]] += MOST_BACK_RAD * math.exp(-BACK_FOLDS * rng.random())
+    return replace(now, back=back)
+
+
+def _movers(layout: FlatLayout, face: int, other: int) -> tuple[list[int], int]:
+    """Faces whose creases move ``other`` but not ``face``, and the face where their ways to the base meet."""
     above, up = set(), face
     while up >= 0:
         above.add(up)
@@ -180,10 +215,7 @@ def _other_order(now: Trial, face: int, other: int, rng: np.random.Generator) ->
     while other not in above:
         movers.append(other)
         other = int(layout.parent[other])
-    if not movers or other == face:
-        return None  # what hangs on the face turns before it in any case
-    after[rng.choice(movers)] = face
-    return replace(now, after=after)
+    return movers, other
 
 
 def _exchange(
@@ -202,13 +234,13 @@ def _exchange(
         cost = own.sight.exchange(
             layout, now.axis_rad, np.array(cuttable, dtype=np.int64), own.cost, OWN_TRIES, rng
         )
-        return None if cost is None else Trial(layout, now.axis_rad, now.after, cost)
+        return None if cost is None else replace(now, layout=layout, own=cost)
     rng.shuffle(cuttable)
     for cut in cuttable[:CUTS_TRIED]:
         joins = layout.joinable(cut)
         for join in _gentle_first(joins[joins != cut], layout, rng)[:JOINS_TRIED].tolist():
             if layout.exchange(cut, join):
-                return Trial(layout, now.axis_rad, now.after)
+                return replace(now, layout=layout)
     return None
 
 

@@ -69,6 +69,8 @@ def cause_text(plan: FoldPlan, blocked: Blocked) -> str:
         )
     if found.cause == "order":
         return "nothing stops it where it stands; coming back to it would fold it"
+    if found.cause == "room":
+        return "left short on purpose: what it carries would be in the way of others"
     if found.cause == "own flap":
         return (
             f"its own face {own} leans over it at {at}: the beam would have to come from beyond the largest "
@@ -159,6 +161,8 @@ def _change(plan: FoldPlan, cure: Cure) -> str:
             return f"let {100 * cure.value:g} % of a crease be hidden (now {100 * plan.hidden_max:g} %)"
         case "unfold":
             return f"fold crease {cure.crease} by {degrees(cure.value, 1):g}° less"
+        case "restore":
+            return "fold it all the way"
 
 
 def _path(found: Diagnosis) -> str:

@@ -65,6 +65,7 @@ def blocked_text(blocked: Blocked) -> str:
         "substrate": f"the moving part would touch the sheet ({_triangles(blocked)})",
         "order": "it could only turn after creases that stay blocked",
         "limit": "more is beyond what the machine and the material allow",
+        "room": "it is left short on purpose, so that others can go further",
     }[blocked.by]
     at = f" at {degrees(blocked.at_rad, 1):g}°" if blocked.by in ("collision", "sight", "substrate") else ""
     return f"crease {blocked.crease} stops at {reached:g}° of {wanted:g}°: {reason}{at}"

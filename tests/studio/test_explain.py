@@ -102,6 +102,7 @@ CURES = (
     (Cure("clearance", 0.2), "set the faces in by 0.2 mm"),
     (Cure("hidden", 0.25), "let 25 % of a crease be hidden"),
     (Cure("unfold", np.radians(5.0), crease=0), "fold crease 0 by 5° less"),
+    (Cure("restore"), "fold it all the way"),
 )
 
 
@@ -120,7 +121,7 @@ def test_every_cure_has_words(cure, words):
     assert words in blocked_summary(plan, plan.blocked[0])["cure"]
 
 
-@pytest.mark.parametrize("cause", ["sight", "own flap", "contact", "substrate", "order"])
+@pytest.mark.parametrize("cause", ["sight", "own flap", "contact", "substrate", "order", "room"])
 @pytest.mark.parametrize(
     "proof", [None, Proof("angle", 2.0), Proof("axis", 1.8), Proof("orders", 0.0, 12, 25)]
 )
