@@ -32,8 +32,8 @@ RULES = ("outside-in", "side", "sight", "contact", "substrate", "held", "clearan
 SAFE_LOAD = 0.3
 """Share of the yielding moment that a crease carries without remark."""
 
-HELD_BACK = 3
-"""Cause of a crease that is left short so that others go further."""
+BY_ORDER, HELD_BACK = 3, 4
+"""Further causes: a crease waits for others that stay short; it is left short so that others go further."""
 
 SIGHT_RESERVE = 0.5
 """Share of ``hidden_max`` that the planner uses: it looks every few degrees, and an independent check samples
@@ -116,7 +116,7 @@ class FoldResult:
     Attributes:
         steps: (S, 3) rows (kind, face or rotary option, angle in rad); kinds as in the kernel.
         reached: (F,) angle at the crease of each face.
-        cause: (F,) 0 folded, 1 contact, 2 sight, ``HELD_BACK``: left short on purpose.
+        cause: (F,) 0 folded, 1 contact, 2 sight, or ``BY_ORDER`` or ``HELD_BACK``.
         blocker: (F,) solid that stops it, -1 if none; numbers from F on are obstacles.
         stopped_at: (F,) absolute angle at which it is stopped.
         completion: sum of reached over sum of wanted angles (1 if nothing is to be folded).

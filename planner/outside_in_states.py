@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.fold_problem import (
+    BY_ORDER,
     CONTACT_MARGIN_RAD,
     SAFE_LOAD,
     SIGHT_RESERVE,
@@ -20,10 +21,7 @@ from planner.fold_problem import (
     shape_rms,
 )
 
-__all__ = ["BY_ORDER", "OutsideInStates", "Reach", "Turn", "fold_result"]
-
-BY_ORDER = 3
-"""Cause of a crease that was not turned because something on it is not folded; the kernel has 0 to 2."""
+__all__ = ["OutsideInStates", "Reach", "Turn", "fold_result"]
 
 
 @dataclass(frozen=True)

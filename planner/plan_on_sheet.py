@@ -16,7 +16,7 @@ from planner.corner_tabs import neck_notice
 from planner.errors import PlanError
 from planner.fabrication import check_held, fabrication_steps
 from planner.fold_plan import Blocked, Fold, FoldPlan, PlanMetrics, Rotate, Sheet
-from planner.fold_problem import HELD_BACK, FlatTree, FoldProblem, FoldResult
+from planner.fold_problem import BY_ORDER, HELD_BACK, FlatTree, FoldProblem, FoldResult
 from planner.holding import Hold, hold_base
 from planner.lost_folds import foldable_share
 from planner.metal_pieces import incentres, piece_of
@@ -202,7 +202,7 @@ def _blocked(net: Net, result: FoldResult, kept: NDArray[np.int64]) -> tuple[Blo
     for face in np.flatnonzero(result.cause != 0).tolist():
         edge = int(net.crease_of[face])
         blocker = int(result.blocker[face])
-        by: str = {2: "sight", HELD_BACK: "room"}.get(int(result.cause[face]), "collision")
+        by: str = {2: "sight", BY_ORDER: "order", HELD_BACK: "room"}.get(int(result.cause[face]), "collision")
         blockers: tuple[int, ...] = () if blocker < 0 else (blocker,)
         if blocker >= len(net.faces):
             by, blockers = "substrate", (int(kept[blocker - len(net.faces)]),)

@@ -10,15 +10,14 @@ import pytest
 from planner.errors import PlanError
 from planner.first_block import FirstBlockProblem
 from planner.fold_plan import Fold, MachineLimits
-from planner.fold_problem import FoldProblem
+from planner.fold_problem import BY_ORDER, FoldProblem
 from planner.goal_mesh import GoalMesh
 from planner.insets import edge_insets
 from planner.joint_space_planner import LEVELS, MotionPlannerProblem
 from planner.linear_folding import JointMotion, uniform_rates
 from planner.make_net import make_net
 from planner.motion_baselines import FOLD_METHODS, PLANNING_METHODS, fold_method
-from planner.outside_in_states import BY_ORDER
-from planner.plan_on_sheet import tree_of_net
+from planner.plan_on_sheet import _blocked, tree_of_net
 from tests.planner import hand_nets
 from tests.planner.contact_reference import PRISM_FACES, body, touch
 from tests.planner.fold_referee import broken_rules, poses
@@ -112,6 +111,11 @@ def test_first_block_stops_everything_else():
     assert reached == pytest.approx([90.5], abs=0.1)
     assert result.completion == pytest.approx(90.5 / 230.0, abs=1e-3)
     assert sorted(result.cause[result.cause != 0].tolist()) == [2, BY_ORDER, BY_ORDER]
+    assert sorted(blocked.by for blocked in _blocked(net, result, np.arange(0))) == [
+        "order",
+        "order",
+        "sight",
+    ]
     # the motion planner stands at the last whole level below, and cannot go on either
     mp = problem_of(net, MotionPlannerProblem, flips, budget_s=0.2).fold(tree_of_net(net))
     level = math.floor(90.5 / 150.0 * LEVELS) * 150.0 / LEVELS
