@@ -44,7 +44,7 @@ _ANGLE_DECIMALS = 11  # degrees
 _SHARED_LIMITS = (
     "kerf", "axis_height", "lens_height", "beam_radius", "frame_margin", "depth_of_focus",
     "focus_travel", "bend_width", "neutral_shift", "relief_mm",
-    "clamp_height",
+    "clamp_height", "beam_spread", "weight_n_mm2", "plastic_moment_n",
 )  # fmt: skip
 
 
@@ -163,6 +163,7 @@ def _record(plan: FoldPlan, hashes: Mapping[str, str]) -> PlanRecord:
             work_area=(float(limits.work_area[0]), float(limits.work_area[1])),
             max_tilt=_degrees(limits.max_tilt_rad),
             clamps=limits.clamps,
+            beam_source=limits.beam_source,
             **{key: float(getattr(limits, key)) for key in _SHARED_LIMITS},
         ),
         frame_faces=tuple(np.flatnonzero(sheet.frame_faces).tolist()),
@@ -214,6 +215,7 @@ def _plan(record: PlanRecord, net: Net) -> FoldPlan:
             max_tilt_rad=math.radians(record.limits.max_tilt),
             work_area=record.limits.work_area,
             clamps=record.limits.clamps,
+            beam_source=record.limits.beam_source,
             **{key: getattr(record.limits, key) for key in _SHARED_LIMITS},
         )
     m = record.metrics

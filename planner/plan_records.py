@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from planner.diagnosis_file import DiagnosisRecord
+from planner.fold_plan import MachineLimits
 
 __all__ = [
     "BendRecord", "BlockedRecord", "ClipRecord", "CutRecord", "FoldRecord", "LimitsRecord", "MetricsRecord",
@@ -148,6 +149,10 @@ class LimitsRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     relief_mm: _NotNegative = 0.0
     clamp_height: _NotNegative = 0.0
     clamps: tuple[tuple[_Point, ...], ...] = ()
+    beam_spread: _NotNegative = 0.0
+    beam_source: tuple[float, float, float] | None = None
+    weight_n_mm2: _NotNegative = MachineLimits.weight_n_mm2
+    plastic_moment_n: _Positive = MachineLimits.plastic_moment_n
 
 
 class PlanRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
