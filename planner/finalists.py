@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Collection
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,7 @@ from planner.fold_search import Candidate, SearchSettings, axis_angles, cost, ju
 from planner.net import Net
 from planner.placement import place_net
 from planner.plan_on_sheet import SheetFold, fold_on_sheet
+from planner.release_back import release_back
 from planner.search_moves import random_trial
 from planner.substrate import make_sheet
 
@@ -81,7 +83,8 @@ def improve_on_sheet(
     The same moves as in ``fold_search.improve``, driven by what stops the folds on the sheet. A sheet takes
     as long as many folds, and only takes away. While it costs the net nothing, the annealing goes on without
     it, and only a net that would be the best is folded on its sheet; if that spoils it, the annealing goes
-    back to the best one. While it does cost something, every net gets its sheet that would be taken up.
+    back to the best one. While it does cost something, every net gets its sheet that would be taken up. At
+    the end creases that are held back further than it pays are let go.
 
     Args:
         start: where to start.
@@ -129,6 +132,10 @@ def improve_on_sheet(
         elif not now.spoilt:
             now = best
     assert best.finalist is not None  # noqa: S101 - only nets on their sheets become the best
+    freed = release_back(best.candidate, problem)
+    if freed is not best.candidate:
+        with suppress(PlanError):
+            return min(best.finalist, on_its_sheet(freed, net_of, problem, without), key=lambda f: f.cost)
     return best.finalist
 
 

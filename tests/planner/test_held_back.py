@@ -9,10 +9,11 @@ import pytest
 from planner.cures import Effort
 from planner.diagnose import diagnose
 from planner.fold_problem import HELD_BACK
-from planner.fold_search import flat_tree
+from planner.fold_search import flat_tree, judge
 from planner.fold_trials import Workbench
 from planner.plan_file import read_plan, write_plan
 from planner.plan_on_sheet import fold_on_sheet, plan_on_sheet
+from planner.release_back import release_back
 from tests.planner.strip_plans import strip_plan
 from tests.planner.test_fold_problem import problem_of
 
@@ -69,3 +70,38 @@ def test_a_crease_that_is_held_back_says_so_and_what_it_would_cost_to_fold_it(tm
     write_plan(diagnose(plan, QUICK), tmp_path / "plan.json", {})
     again = {b.crease: b for b in read_plan(tmp_path / "plan.json", net).blocked}
     assert again[cure.crease].by == again[cure.crease].diagnosis.cause == "room"
+
+
+@pytest.fixture(scope="module")
+def held():
+    """A net with a crease held back much further than its neighbour needs, and another for nothing."""
+    diagnosed = diagnose(strip_plan((70.0, 150.0, -40.0), 0.0), QUICK)
+    bench = Workbench(diagnosed)
+    cure = next(c for b in diagnosed.blocked for c in b.diagnosis.cures if c.kind == "unfold")
+    needed = int(bench.layout.crease[diagnosed.net.child_of[cure.crease]])
+    useless = next(
+        edge for edge in np.flatnonzero(bench.layout.tree).tolist()
+        if edge != needed and not bench.layout.graph.flat[edge]
+    )  # fmt: skip
+    back = np.zeros(len(bench.layout.tree))
+    back[needed], back[useless] = cure.value + 0.3, 0.2
+    axis = bench.axis_of(bench.layout)
+    return bench.problem, judge(bench.layout, bench.problem, axis, back=back), needed, useless
+
+
+def test_what_is_held_back_for_nothing_is_let_go(held):
+    problem, candidate, needed, useless = held
+    freed = release_back(candidate, problem)
+    assert freed.cost < candidate.cost
+    assert freed.back[useless] == 0.0
+    assert freed.back[needed] < candidate.back[needed]
+    assert np.array_equal(freed.layout.tree, candidate.layout.tree)
+    again = judge(freed.layout, problem, freed.axis_rad, after=freed.after, back=freed.back)
+    assert again.cost == freed.cost
+    assert release_back(freed, problem).cost <= freed.cost
+
+
+def test_a_net_that_holds_nothing_back_is_left_alone(held):
+    problem, candidate, _, _ = held
+    plain = judge(candidate.layout, problem, candidate.axis_rad)
+    assert release_back(plain, problem) is plain
