@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planner.angle_repair import repaired
 from planner.errors import PlanError
 from planner.fold_plan import Sheet
 from planner.fold_problem import FoldProblem, FoldResult
@@ -17,7 +18,6 @@ from planner.fold_search import Candidate, SearchSettings, axis_angles, cost, ju
 from planner.net import Net
 from planner.placement import place_net
 from planner.plan_on_sheet import SheetFold, fold_on_sheet
-from planner.release_back import release_back
 from planner.search_moves import random_trial
 from planner.substrate import make_sheet
 
@@ -84,7 +84,7 @@ def improve_on_sheet(
     as long as many folds, and only takes away. While it costs the net nothing, the annealing goes on without
     it, and only a net that would be the best is folded on its sheet; if that spoils it, the annealing goes
     back to the best one. While it does cost something, every net gets its sheet that would be taken up. At
-    the end creases that are held back further than it pays are let go.
+    the end the angles of the best one are repaired, see ``angle_repair``.
 
     Args:
         start: where to start.
@@ -132,10 +132,12 @@ def improve_on_sheet(
         elif not now.spoilt:
             now = best
     assert best.finalist is not None  # noqa: S101 - only nets on their sheets become the best
-    freed = release_back(best.candidate, problem)
-    if freed is not best.candidate:
+    mended = (
+        best.candidate if min(most_sheets, settings.evaluations) == 0 else repaired(best.candidate, problem)
+    )
+    if mended is not best.candidate:
         with suppress(PlanError):
-            return min(best.finalist, on_its_sheet(freed, net_of, problem, without), key=lambda f: f.cost)
+            return min(best.finalist, on_its_sheet(mended, net_of, problem, without), key=lambda f: f.cost)
     return best.finalist
 
 

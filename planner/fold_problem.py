@@ -118,6 +118,7 @@ class FoldResult:
         reached: (F,) angle at the crease of each face.
         cause: (F,) 0 folded, 1 contact, 2 sight, or ``BY_ORDER`` or ``HELD_BACK``.
         blocker: (F,) solid that stops it, -1 if none; numbers from F on are obstacles.
+        toucher: (F,) face of the moving part that would touch it, -1 if it is not stopped by contact.
         stopped_at: (F,) absolute angle at which it is stopped.
         completion: sum of reached over sum of wanted angles (1 if nothing is to be folded).
         shape_rms: root mean square distance of the face corners to the goal after the best rigid fit, mm.
@@ -129,6 +130,7 @@ class FoldResult:
     reached: NDArray[np.float64]
     cause: NDArray[np.int64]
     blocker: NDArray[np.int64]
+    toucher: NDArray[np.int64]
     stopped_at: NDArray[np.float64]
     completion: float
     shape_rms: float
@@ -267,7 +269,7 @@ class FoldProblem:
             target = np.copysign(wanted - back, target)
             target[back >= wanted] = 0.0
             give_up -= ANGLE_WEIGHT * back.sum() / total
-        steps, reached, cause, blocker, stopped_at = fold_greedily(
+        steps, reached, cause, blocker, toucher, stopped_at = fold_greedily(
             tree.parent, preorder, first, last, hinges, lengths, target,
             np.ascontiguousarray(tree.order[::-1]) if rank is None else rank,
             np.full(count, -1) if after is None else after, self.levers(tree),
@@ -287,6 +289,7 @@ class FoldProblem:
             reached=reached,
             cause=cause,
             blocker=blocker,
+            toucher=toucher,
             stopped_at=stopped_at,
             completion=float(np.minimum(np.abs(reached), wanted).sum() / total) if total else 1.0,
             shape_rms=shape_rms(solids[:count, 9:12], self.corners_3d),

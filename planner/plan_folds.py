@@ -13,6 +13,7 @@ from itertools import chain
 
 import numpy as np
 
+from planner.angle_repair import repaired
 from planner.base_choice import base_trials, choice_of_bases
 from planner.base_faces import rank_bases
 from planner.base_trial import BaseTrial
@@ -39,7 +40,6 @@ from planner.net import Net
 from planner.pattern_check import with_pattern
 from planner.plan_on_sheet import plan_on_sheet, tree_of_net
 from planner.processors import processors
-from planner.release_back import release_back
 
 __all__ = ["plan_folds"]
 
@@ -56,8 +56,8 @@ EVALUATION_BUDGET, MOST_EVALUATIONS = 140_000, 2800
 SHEETS = 60
 """Sheets made in one chain of the search that goes on where the best nets lose folds to their sheets."""
 
-RELEASED = 4
-"""Nets of the search whose creases are let go that it holds back further than it pays."""
+REPAIRED = 2
+"""Nets of the search whose angles are repaired."""
 
 SEARCH_SHARE = 0.5
 """Share of the time that is given which goes to the search without the sheet; the rest to that with it."""
@@ -228,8 +228,8 @@ def _nets_to_fold(
         starts = _starts(graph, net.base_face, settings.fixed_base, settings.seed)
         further = replace(settings, evaluations=evaluations)
         found = search([given, *(start.layout for start in starts)], problem, further, tell)
-        freed = [release_back(candidate, problem) for candidate in found[:RELEASED]]
-        found = sorted([*freed, *found[RELEASED:]], key=lambda candidate: candidate.cost)
+        better = [repaired(candidate, problem) for candidate in found[:REPAIRED]]
+        found = sorted([*better, *found[REPAIRED:]], key=lambda candidate: candidate.cost)
         if not settings.fixed_base:
             costs = {id(candidate.layout): candidate.cost for candidate in found}
             starts.sort(key=lambda start: costs.get(id(start.layout), math.inf))

@@ -13,7 +13,7 @@ from planner.flat_layout import FlatLayout
 from planner.fold_problem import FlatTree, FoldResult
 from planner.own_sight import OwnSight
 
-__all__ = ["OwnLimit", "Trial", "random_trial"]
+__all__ = ["OwnLimit", "Trial", "movers", "random_trial"]
 
 AXIS_SHARE, BASE_SHARE, ORDER_SHARE, ANYWHERE_SHARE = 0.1, 0.1, 0.12, 0.13
 """Shares of the moves that turn the rotary axis, take another base face, fold in another order, or exchange a
@@ -183,10 +183,10 @@ def _other_order(now: Trial, face: int, other: int, rng: np.random.Generator) ->
     if len(wishes) and rng.random() < DROP_SHARE:
         after[rng.choice(wishes)] = -1
         return replace(now, after=after)
-    movers, common = _movers(layout, face, other)
-    if not movers or common == face:
+    carriers, common = movers(layout, face, other)
+    if not carriers or common == face:
         return None  # what hangs on the face turns before it in any case
-    after[rng.choice(movers)] = face
+    after[rng.choice(carriers)] = face
     return replace(now, after=after)
 
 
@@ -198,24 +198,24 @@ def _held_back(now: Trial, face: int, other: int, rng: np.random.Generator) -> T
     if len(held) and rng.random() < RELEASE_SHARE:
         back[rng.choice(held)] *= max(0.0, 2.0 * rng.random() - 1.0)
         return replace(now, back=back)
-    movers = [f for f in _movers(layout, face, other)[0] if not layout.graph.flat[layout.crease[f]]]
-    if not movers:
+    carriers = [f for f in movers(layout, face, other)[0] if not layout.graph.flat[layout.crease[f]]]
+    if not carriers:
         return None
-    back[layout.crease[rng.choice(movers)]] += MOST_BACK_RAD * math.exp(-BACK_FOLDS * rng.random())
+    back[layout.crease[rng.choice(carriers)]] += MOST_BACK_RAD * math.exp(-BACK_FOLDS * rng.random())
     return replace(now, back=back)
 
 
-def _movers(layout: FlatLayout, face: int, other: int) -> tuple[list[int], int]:
+def movers(layout: FlatLayout, face: int, other: int) -> tuple[list[int], int]:
     """Faces whose creases move ``other`` but not ``face``, and the face where their ways to the base meet."""
     above, up = set(), face
     while up >= 0:
         above.add(up)
         up = int(layout.parent[up])
-    movers = []
+    found = []
     while other not in above:
-        movers.append(other)
+        found.append(other)
         other = int(layout.parent[other])
-    return movers, other
+    return found, other
 
 
 def _exchange(

@@ -110,8 +110,8 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         size: longest side of the goal, mm, for that estimate.
 
     Returns:
-        (steps (S, 3): kind, face or rotary index, angle; reached (n,), cause (n,), blocker (n,),
-        free angle at the obstacle (n,))
+        (steps (S, 3): kind, face or rotary index, angle; reached (n,), cause (n,), blocker (n,), moving face
+        that would touch it (n,), -1: none; free angle at the obstacle (n,))
     """
     n, total = faces, len(solids)
     options = len(rotary)
@@ -122,11 +122,11 @@ def fold_greedily(  # type: ignore[no-untyped-def]
     frozen = np.zeros(n, np.bool_)
     waiting = np.zeros(n, np.int64)
     cause = np.zeros(n, np.int64)
-    blocker = np.zeros(n, np.int64)
+    blocker, toucher = np.zeros(n, np.int64), np.full(n, -1, np.int64)
     stopped_at = np.zeros(n)
     stamp = np.zeros(total, np.int64)
     contact_time, free_time = np.zeros(n, np.int64), np.zeros(n, np.int64)
-    contact_by = np.zeros(n, np.int64)
+    contact_by, contact_of = np.zeros(n, np.int64), np.zeros(n, np.int64)
     contact_angle = np.zeros(n)
     sight_time = np.zeros((n, options), np.int64)
     sight_by = np.zeros((n, options), np.int64)
@@ -160,7 +160,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                 lost_shape += lost * lost
                 lost_angle += hopeless[f]
         if SHAPE_WEIGHT * math.sqrt(lost_shape) + ANGLE_WEIGHT * lost_angle / wanted_angle > give_up:
-            return steps[:0].copy(), angle, cause, blocker, stopped_at
+            return steps[:0].copy(), angle, cause, blocker, toucher, stopped_at
     # flat joints need no turn: they are done as soon as their children are
     for k in range(n - 1, -1, -1):
         f = preorder[k]
@@ -227,14 +227,15 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                         ):
                             free = contact_angle[f]
                         else:
-                            free, _, by = turn_contact(
+                            free, of, by = turn_contact(
                                 f, parent[f], members, moving_mask, solids, centres, radii, sharp, present,
                                 ox, oy, sign * ux, sign * uy, wanted, work,
                             )  # fmt: skip
                             contact_time[f] = -1
                             if by >= 0:
                                 free = max(0.0, free - margin)
-                                contact_time[f], contact_by[f], contact_angle[f] = clock, by, free
+                                contact_time[f], contact_angle[f] = clock, free
+                                contact_by[f], contact_of[f] = by, of
                             else:
                                 free_time[f] = clock
                     full = free >= wanted and seen >= wanted
@@ -269,7 +270,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                         )  # fmt: skip
                         angle[f] = target[f]
                         used = add_step(steps, used, STEP_FOLD, f, target[f])
-                        cause[f], blocker[f] = NOT_BLOCKED, -1
+                        cause[f], blocker[f], toucher[f] = NOT_BLOCKED, -1, -1
                         if not done[f]:
                             release(f, parent, target, waiting, done)
                         conceded[f] = False
@@ -304,13 +305,14 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         # what was remembered are upper bounds: measure again, now that everything else stands still
         free = abs(target[f] - angle[f])
         if use_contact:
-            free, _, by = turn_contact(
+            free, of, by = turn_contact(
                 f, parent[f], members, moving_mask, solids, centres, radii, sharp, present,
                 ox, oy, sign * ux, sign * uy, free, work,
             )  # fmt: skip
             if by >= 0:
                 free = max(0.0, free - margin)
-                contact_time[f], contact_by[f], contact_angle[f] = clock, by, free
+                contact_time[f], contact_angle[f] = clock, free
+                contact_by[f], contact_of[f] = by, of
                 if why == BY_CONTACT:
                     who = by
         for _ in range(STAGES):
@@ -345,6 +347,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
             why, who = NOT_BLOCKED, -1
             frozen[f] = True
         cause[f], blocker[f] = why, who
+        toucher[f] = contact_of[f] if why == BY_CONTACT else -1
         # cost of what is missing so far, as the search weighs it; retries may mend some of it
         missing = abs(target[f] - angle[f])
         lost, sure = 0.5 * missing * lever[f] / size, 0.5 * hopeless[f] * lever[f] / size
@@ -354,4 +357,4 @@ def fold_greedily(  # type: ignore[no-untyped-def]
             break
         conceded[f] = angle[f] != target[f]
         release(f, parent, target, waiting, done)
-    return steps[:used].copy(), angle, cause, blocker, stopped_at
+    return steps[:used].copy(), angle, cause, blocker, toucher, stopped_at

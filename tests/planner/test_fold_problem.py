@@ -179,6 +179,11 @@ def test_obstacles_stop_a_turn():
     stopped = problem.fold(tree, obstacles=np.array(lids))
     assert stopped.completion < 0.5
     assert set(stopped.blocker[stopped.cause == 1]) <= {len(tree.parent), len(tree.parent) + 1}
+    preorder, first, last = tree.subtrees
+    for face in range(len(tree.parent)):
+        touches = stopped.cause[face] == 1
+        assert (stopped.toucher[face] in preorder[first[face] : last[face]]) == touches
+        assert touches or stopped.toucher[face] == -1
 
 
 def test_a_fold_beyond_upright_needs_a_tilted_beam():

@@ -6,14 +6,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from models.goals import goal_path
+from planner.angle_repair import let_go, repaired
 from planner.cures import Effort
 from planner.diagnose import diagnose
-from planner.fold_problem import HELD_BACK
+from planner.dual_graph import DualGraph
+from planner.fold_plan import MachineLimits
+from planner.fold_problem import HELD_BACK, FoldProblem
 from planner.fold_search import flat_tree, judge
 from planner.fold_trials import Workbench
+from planner.insets import edge_insets
+from planner.nearly_blooming import nearly_blooming
 from planner.plan_file import read_plan, write_plan
 from planner.plan_on_sheet import fold_on_sheet, plan_on_sheet
-from planner.release_back import release_back
+from planner.read_goal import read_goal
 from tests.planner.strip_plans import strip_plan
 from tests.planner.test_fold_problem import problem_of
 
@@ -91,17 +97,48 @@ def held():
 
 def test_what_is_held_back_for_nothing_is_let_go(held):
     problem, candidate, needed, useless = held
-    freed = release_back(candidate, problem)
+    freed = let_go(candidate, problem)
     assert freed.cost < candidate.cost
     assert freed.back[useless] == 0.0
     assert freed.back[needed] < candidate.back[needed]
     assert np.array_equal(freed.layout.tree, candidate.layout.tree)
     again = judge(freed.layout, problem, freed.axis_rad, after=freed.after, back=freed.back)
     assert again.cost == freed.cost
-    assert release_back(freed, problem).cost <= freed.cost
+    assert let_go(freed, problem).cost <= freed.cost
 
 
-def test_a_net_that_holds_nothing_back_is_left_alone(held):
+def test_a_net_that_holds_nothing_back_has_nothing_to_let_go(held):
     problem, candidate, _, _ = held
     plain = judge(candidate.layout, problem, candidate.axis_rad)
-    assert release_back(plain, problem) is plain
+    assert let_go(plain, problem) is plain
+
+
+def test_repair_holds_back_what_is_in_the_way_and_nothing_else():
+    goal = read_goal(goal_path("creature_coarse"))
+    graph = DualGraph(goal)
+    layouts = [nearly_blooming(graph, base, seed=0).layout for base in (0, 9, 18, 27)]
+    limits = MachineLimits()
+    problem = FoldProblem(goal, edge_insets(layouts[0].to_net(), limits.thickness, limits.clearance), limits)
+    better = 0
+    for layout in layouts:
+        plain = judge(layout, problem, 0.2)
+        mended = repaired(plain, problem)
+        again = judge(layout, problem, 0.2, back=mended.back)
+        assert (again.cost, again.result.completion) == (mended.cost, mended.result.completion)
+        if mended is plain:
+            continue
+        better += 1
+        assert mended.cost < plain.cost
+        assert repaired(plain, problem).cost == mended.cost  # nothing is random
+        for edge in np.flatnonzero(mended.back * layout.tree).tolist():
+            without = mended.back.copy()
+            without[edge] = 0.0
+            assert judge(layout, problem, 0.2, back=without).cost >= mended.cost
+    assert better >= 2
+
+
+def test_a_net_that_folds_whole_needs_no_repair():
+    problem, layouts = problem_of("open_box")
+    whole = judge(layouts[0], problem, 0.4)
+    assert whole.result.completion == 1.0
+    assert repaired(whole, problem) is whole
