@@ -100,10 +100,11 @@ def improve_on_sheet(
     rng = np.random.default_rng(settings.seed)
     axes = axis_angles(problem)
     now = best = _State.of(start)
-    sheets, began = 0, time.monotonic()
+    sheets, began, moved = 0, time.monotonic(), False
     for step in range(settings.evaluations):
         if sheets >= most_sheets or settings.late or (best.result.cause == 0).all():
             break
+        moved = True
         work = max(sheets / max(1, most_sheets - 1), step / max(1, settings.evaluations - 1))
         temperature = WARM * (COLD / WARM) ** settings.share(work, began)
         bar = now.cost - temperature * math.log(1.0 - rng.random())
@@ -132,9 +133,7 @@ def improve_on_sheet(
         elif not now.spoilt:
             now = best
     assert best.finalist is not None  # noqa: S101 - only nets on their sheets become the best
-    mended = (
-        best.candidate if min(most_sheets, settings.evaluations) == 0 else repaired(best.candidate, problem)
-    )
+    mended = repaired(best.candidate, problem) if moved else best.candidate
     if mended is not best.candidate:
         with suppress(PlanError):
             return min(best.finalist, on_its_sheet(mended, net_of, problem, without), key=lambda f: f.cost)
