@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ MOST_NETS, WORK = 150, 20_000
 """Nets folded at most, for either half of the repair; and in all their faces."""
 
 
-def repaired(candidate: Candidate, problem: FoldProblem) -> Candidate:
+def repaired(candidate: Candidate, problem: FoldProblem, until: float = math.inf) -> Candidate:
     """The same net with better angles: creases are held back where it pays, and no further than it pays.
 
     For every crease that stays short, in the order of what that costs, each crease that carries one of the
@@ -32,6 +33,7 @@ def repaired(candidate: Candidate, problem: FoldProblem) -> Candidate:
     Args:
         candidate: the net as judged.
         problem: goal and limits.
+        until: ``time.monotonic()`` at which it ends.
 
     Returns:
         The better candidate; ``candidate`` itself if nothing was better.
@@ -39,12 +41,14 @@ def repaired(candidate: Candidate, problem: FoldProblem) -> Candidate:
     best, left = candidate, _most_nets(problem)
     tried: set[tuple[int, float]] = set()
     improving = True
-    while improving and left > 0:
+    while improving:
         improving = False
         for edge, step in _ways(best, problem):
             back = np.zeros(len(best.layout.tree)) if best.back is None else best.back.copy()
             back[edge] += step
-            if (edge, round(back[edge], 6)) in tried or left <= 0:
+            if left <= 0 or time.monotonic() > until:
+                return let_go(best, problem, until)
+            if (edge, round(back[edge], 6)) in tried:
                 continue
             tried.add((edge, round(back[edge], 6)))
             left -= 1
@@ -52,13 +56,14 @@ def repaired(candidate: Candidate, problem: FoldProblem) -> Candidate:
             if trial.cost < best.cost:
                 best, improving = trial, True
                 break
-    return let_go(best, problem)
+    return let_go(best, problem, until)
 
 
-def let_go(candidate: Candidate, problem: FoldProblem) -> Candidate:
+def let_go(candidate: Candidate, problem: FoldProblem, until: float = math.inf) -> Candidate:
     """The same net with every crease held back only as far as it pays.
 
-    One after the other, those held back most first, is tried without, and then with less by halves.
+    One after the other, those held back most first, is tried without, and then with less by halves. It ends
+    at ``until``, see ``time.monotonic``.
     """
     best, left = candidate, _most_nets(problem)
     if candidate.back is None:
@@ -67,7 +72,7 @@ def let_go(candidate: Candidate, problem: FoldProblem) -> Candidate:
     for edge in held[np.argsort(-candidate.back[held], kind="stable")].tolist():
         low, high, less = 0.0, float(candidate.back[edge]), 0.0
         for _ in range(HALVES):
-            if left <= 0:
+            if left <= 0 or time.monotonic() > until:
                 return best
             assert best.back is not None  # noqa: S101 - it starts with one
             back = best.back.copy()
@@ -108,4 +113,4 @@ def _with(candidate: Candidate, problem: FoldProblem, back: NDArray[np.float64])
 
 
 def _most_nets(problem: FoldProblem) -> int:
-    return max(10, min(MOST_NETS, WORK // len(problem.goal.faces)))
+    return min(MOST_NETS, WORK // len(problem.goal.faces))

@@ -133,7 +133,7 @@ def improve_on_sheet(
         elif not now.spoilt:
             now = best
     assert best.finalist is not None  # noqa: S101 - only nets on their sheets become the best
-    mended = repaired(best.candidate, problem) if moved else best.candidate
+    mended = repaired(best.candidate, problem, settings.repair_until) if moved else best.candidate
     if mended is not best.candidate:
         with suppress(PlanError):
             return min(best.finalist, on_its_sheet(mended, net_of, problem, without), key=lambda f: f.cost)

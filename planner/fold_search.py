@@ -76,6 +76,7 @@ class SearchSettings:
         deadline: ``time.monotonic()`` at which the search stops with what it has; until then it anneals in
             rounds, each of which cools down in its time. Such a search depends on the machine. None: one
             round, and the result depends on the input and seed only.
+        grace_s: where there is a deadline, how long the repair of angles may take after it.
     """
 
     chains: int
@@ -84,6 +85,12 @@ class SearchSettings:
     fixed_base: bool = False
     fixed_net: bool = False
     deadline: float | None = None
+    grace_s: float = 0.0
+
+    @property
+    def repair_until(self) -> float:
+        """``time.monotonic()`` until which angles may be repaired, from now on."""
+        return math.inf if self.deadline is None else time.monotonic() + self.grace_s
 
     @property
     def late(self) -> bool:

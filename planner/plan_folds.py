@@ -56,8 +56,8 @@ EVALUATION_BUDGET, MOST_EVALUATIONS = 140_000, 2800
 SHEETS = 60
 """Sheets made in one chain of the search that goes on where the best nets lose folds to their sheets."""
 
-REPAIRED = 2
-"""Nets of the search whose angles are repaired."""
+REPAIRED, REPAIR_SHARE = 2, 0.03
+"""Nets of the search whose angles are repaired; and how much of a time budget that may take for each."""
 
 SEARCH_SHARE = 0.5
 """Share of the time that is given which goes to the search without the sheet; the rest to that with it."""
@@ -113,9 +113,11 @@ def plan_folds(
     further = replace(settings, evaluations=_evaluations(net), fixed_net=keep_net)
     most_sheets = SHEETS
     if budget_s is not None:
-        began, chains = time.monotonic(), max(LEAST_CHAINS, processors())
-        settings = replace(settings, chains=chains, deadline=began + SEARCH_SHARE * budget_s)
-        further = replace(further, evaluations=sys.maxsize, deadline=began + budget_s)
+        began, chains, grace_s = time.monotonic(), max(LEAST_CHAINS, processors()), REPAIR_SHARE * budget_s
+        until = began + SEARCH_SHARE * budget_s
+        settings = replace(settings, chains=chains, deadline=until, grace_s=grace_s)
+        until = began + budget_s
+        further = replace(further, evaluations=sys.maxsize, deadline=until, grace_s=grace_s)
         most_sheets = sys.maxsize
     found, trials, notices = _nets_to_fold(net, problem, settings, keep_net, tell)
     notices += tuple(
@@ -228,7 +230,7 @@ def _nets_to_fold(
         starts = _starts(graph, net.base_face, settings.fixed_base, settings.seed)
         further = replace(settings, evaluations=evaluations)
         found = search([given, *(start.layout for start in starts)], problem, further, tell)
-        better = [repaired(candidate, problem) for candidate in found[:REPAIRED]]
+        better = [repaired(candidate, problem, settings.repair_until) for candidate in found[:REPAIRED]]
         found = sorted([*better, *found[REPAIRED:]], key=lambda candidate: candidate.cost)
         if not settings.fixed_base:
             costs = {id(candidate.layout): candidate.cost for candidate in found}

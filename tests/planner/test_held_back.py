@@ -1,6 +1,7 @@
 """Creases that are held back so that others go further: folding them, and what the plan says of them."""
 
 import math
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -134,6 +135,7 @@ def test_repair_holds_back_what_is_in_the_way_and_nothing_else():
             without = mended.back.copy()
             without[edge] = 0.0
             assert judge(layout, problem, 0.2, back=without).cost >= mended.cost
+        assert repaired(plain, problem, time.monotonic()) is plain
     assert better >= 2
 
 
