@@ -12,7 +12,7 @@ from planner.dual_graph import DualGraph
 from planner.errors import PlanError
 from planner.flat_layout import FlatLayout
 from planner.fold_plan import FoldPlan
-from planner.fold_problem import FlatTree, FoldProblem, FoldResult
+from planner.fold_problem import FoldProblem, FoldResult
 from planner.fold_search import fits, flat_tree, held_back
 from planner.insets import edge_insets
 from planner.lost_folds import foldable_share
@@ -113,7 +113,7 @@ class Workbench:
                 self.back[self.layout.crease[net.child_of[blocked.crease]]] = max(0.0, short)
         self.folds = 1
         back = held_back(self.layout, self.back)
-        stays = fold_on_sheet(net, plan.sheet, self.problem, plan.without, self.tree, back=back).kept
+        stays = fold_on_sheet(net, plan.sheet, self.problem, plan.without, back=back).kept
         named = [b.blockers[0] for b in plan.blocked if b.by == "substrate" and b.blockers]
         self.kept = np.union1d(stays, np.array(named, dtype=np.int64))
         self.bodies = sheet_solids(plan.sheet, limits.thickness)[self.kept]
@@ -129,21 +129,23 @@ class Workbench:
     def fold(self, change: Change) -> Trial:
         """Fold the net again among what stays of its sheet; asked twice, answered from memory."""
         if change not in self._known:
-            problem, tree, back = self._changed(change)
+            problem, back = self._changed(change)
             self.folds += 1
             self._known[change] = self._trial(
-                problem.fold(tree, obstacles=self.bodies, back=back), self.layout.crease, self.tree.target
+                problem.fold(self.tree, obstacles=self.bodies, back=back),
+                self.layout.crease,
+                self.tree.target,
             )
         return self._known[change]
 
     def fold_on_sheet(self, change: Change) -> Trial | None:
         """The same, with tabs and clips chosen anew; None if the base cannot be held then."""
         if change not in self._sure:
-            problem, tree, back = self._changed(change)
+            problem, back = self._changed(change)
             plan = self.plan
             self.folds += 1
             try:
-                made = fold_on_sheet(plan.net, plan.sheet, problem, plan.without, tree, back=back)
+                made = fold_on_sheet(plan.net, plan.sheet, problem, plan.without, back=back)
             except PlanError:
                 self._sure[change] = None
                 return None
@@ -198,9 +200,9 @@ class Workbench:
         tree = tree_of_net(placed)
         return self._trial(made.result, layout.crease, tree.target)
 
-    def _changed(self, change: Change) -> tuple[FoldProblem, FlatTree, NDArray[np.float64]]:
-        """The problem, the net with its goal angles, and what is held back, all after the change."""
-        problem, tree, plan = self.problem, self.tree, self.plan
+    def _changed(self, change: Change) -> tuple[FoldProblem, NDArray[np.float64]]:
+        """The problem and what is held back, (F,), after the change."""
+        problem, plan = self.problem, self.plan
         back = held_back(self.layout, self.back)
         if change != Change(unfold=change.unfold, restore=change.restore):
             limits, insets, hidden = plan.limits, problem.insets, problem.hidden_max
@@ -217,7 +219,7 @@ class Workbench:
             back[face] += less
         if change.restore is not None:
             back[change.restore] = 0.0
-        return problem, tree, back
+        return problem, back
 
     def _trial(
         self,

@@ -114,10 +114,9 @@ def plan_folds(
     most_sheets = SHEETS
     if budget_s is not None:
         began, chains, grace_s = time.monotonic(), max(LEAST_CHAINS, processors()), REPAIR_SHARE * budget_s
-        until = began + SEARCH_SHARE * budget_s
-        settings = replace(settings, chains=chains, deadline=until, grace_s=grace_s)
-        until = began + budget_s
-        further = replace(further, evaluations=sys.maxsize, deadline=until, grace_s=grace_s)
+        half, end = began + SEARCH_SHARE * budget_s, began + budget_s
+        settings = replace(settings, chains=chains, deadline=half, grace_s=grace_s)
+        further = replace(further, evaluations=sys.maxsize, deadline=end, grace_s=grace_s)
         most_sheets = sys.maxsize
     found, trials, notices = _nets_to_fold(net, problem, settings, keep_net, tell)
     notices += tuple(

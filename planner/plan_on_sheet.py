@@ -106,7 +106,6 @@ def fold_on_sheet(
     sheet: Sheet,
     problem: FoldProblem,
     without: Collection[str],
-    tree: FlatTree | None = None,
     after: NDArray[np.int64] | None = None,
     back: NDArray[np.float64] | None = None,
 ) -> SheetFold:
@@ -117,14 +116,13 @@ def fold_on_sheet(
         sheet: the sheet around it; its tabs do not matter.
         problem: goal, limits and rules.
         without: rules that are switched off.
-        tree: the net as arrays, if other angles than the goal's are wanted.
         after: (F,) for each face another whose crease is to be folded before, see ``FoldProblem.fold``.
         back: (F,) angle, rad, by which the crease of each face is held back on purpose.
 
     Raises:
         PlanError: if no free edge of the base panel has sheet beside it.
     """
-    tree = tree_of_net(net) if tree is None else tree
+    tree = tree_of_net(net)
     sweeps_sheet = "substrate" not in without
     bodies = sheet_solids(sheet, problem.limits.thickness)
     kept = np.flatnonzero(sheet.frame_faces)
