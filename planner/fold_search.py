@@ -194,7 +194,7 @@ def judge(
     result = problem.fold(tree, obstacles=frame, give_up=give_up, after=after, back=less)
     weight = cost(result, problem) if fits(tree, problem) else math.inf
     if weight <= give_up and math.isfinite(weight) and problem.use_held and problem.use_substrate:
-        weight += hold_cost(hold_gap(tree, result, problem))
+        weight += hold_cost(hold_gap(tree, result, problem, layout))
     if own is None:
         own = 0.0 if problem.own_sight is None else problem.own_sight.cost(layout, axis_rad)[0]
     return Candidate(layout, axis_rad, tree, result, weight, after, own, back)

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-from planner.flat_layout import LEAST_TAB_EDGE_MM
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.corner_tabs import CORNER_WIDTHS_MM, corner_tabs
+from planner.flat_layout import LEAST_TAB_EDGE_MM, FlatLayout
+from planner.fold_plan import MachineLimits
 from planner.fold_problem import FlatTree, FoldProblem, FoldResult, panel_numbers
 from planner.placement import frame_gap
 
@@ -11,8 +18,12 @@ __all__ = ["CELL_MM", "hold_gap"]
 CELL_MM = 2.0
 """Side of the cells into which the sheet is divided: about the width of a tab and what leads to it."""
 
+_NO_MOUTHS = np.zeros((0, 4))
 
-def hold_gap(tree: FlatTree, result: FoldResult, problem: FoldProblem) -> int:
+
+def hold_gap(
+    tree: FlatTree, result: FoldResult, problem: FoldProblem, layout: FlatLayout | None = None
+) -> int:
     """Cells swept by the folds that lie on the way from the base panel to the frame, on the best way.
 
     0 means that a strip of sheet may stay. It is an estimate, in a fraction of the time that a sheet takes:
@@ -22,17 +33,42 @@ def hold_gap(tree: FlatTree, result: FoldResult, problem: FoldProblem) -> int:
         tree: the flat net.
         result: how it was folded.
         problem: goal and limits.
+        layout: the same net: then ways through necks at corners of the base panel count too.
 
     Returns:
-        The number of cells; -1 if the base panel has no free side, or the net encloses it.
+        The number of cells; -1 if the base panel has no free side and no neck, or the net encloses it.
     """
+    cells = _cells(tree, result, problem, _NO_MOUTHS)
+    if cells == 0 or layout is None:
+        return cells
+    mouths = _neck_mouths(layout, problem.limits)
+    return _cells(tree, result, problem, mouths) if len(mouths) else cells
+
+
+def _cells(tree: FlatTree, result: FoldResult, problem: FoldProblem, mouths: NDArray[np.float64]) -> int:
     from planner._kernels.hold_kernels import hold_gap as count
 
     preorder, first, last = tree.subtrees
     hinges, _ = tree.hinge_lines
     faces = len(tree.parent)
-    cells = count(
+    return int(count(
         tree.corners, preorder, first, last, hinges, panel_numbers(tree, faces), result.steps, tree.base,
-        frame_gap(problem.limits), CELL_MM, LEAST_TAB_EDGE_MM,
-    )  # fmt: skip
-    return int(cells)
+        frame_gap(problem.limits), CELL_MM, LEAST_TAB_EDGE_MM, mouths,
+    ))  # fmt: skip
+
+
+def _neck_mouths(layout: FlatLayout, limits: MachineLimits) -> NDArray[np.float64]:
+    """(K, 4) ends and directions, in the frame of ``layout``, of the necks that its base panel may have."""
+    net = layout.to_net()
+    necks = corner_tabs(net, limits, CORNER_WIDTHS_MM[0])
+    if not necks:
+        return _NO_MOUTHS
+    outward = np.array([neck.outward for neck in necks])
+    reach = np.array([[neck.reach_mm + 2.0 * neck.kerf_mm] for neck in necks])
+    ends = np.array([neck.corner for neck in necks]) + reach * outward
+    there, here = net.vertices[net.faces[net.base_face]], layout.corners[layout.base]
+    side = here[1] - here[0]
+    turn = math.atan2(side[1], side[0]) - math.atan2(*(there[1] - there[0])[::-1].tolist())
+    c, s = math.cos(turn), math.sin(turn)
+    turned = np.array([[c, s], [-s, c]])
+    return np.hstack([here[0] + (ends - there[0]) @ turned, outward @ turned])

@@ -22,6 +22,37 @@ NEAR_CELLS = 0.6
 """A cell belongs to the net if its middle is at most so far from a face."""
 
 
+SLIM_MM = 0.2
+"""A way that begins at a neck stays so far from the net, while the cells about it belong to the net."""
+
+
+@inner
+def _within(tri, x, y, near):  # type: ignore[no-untyped-def]
+    """True if a point is in a flat face or at most ``near`` beside it."""
+    for k in range(3):
+        n = 0 if k == 2 else k + 1
+        ex, ey = tri[n, 0] - tri[k, 0], tri[n, 1] - tri[k, 1]
+        if ex * (y - tri[k, 1]) - ey * (x - tri[k, 0]) < -near * math.sqrt(ex * ex + ey * ey):
+            return False
+    return True
+
+
+@inner
+def _way_out(cells, corners, x0, y0, cell, mouth):  # type: ignore[no-untyped-def]
+    """The first cell straight on from a neck that is not of the net; (-1, -1) if a face is in the way."""
+    x, y = mouth[0], mouth[1]
+    while True:
+        i, j = int((x - x0) / cell), int((y - y0) / cell)
+        if not (0 <= i < cells.shape[0] and 0 <= j < cells.shape[1]):
+            return -1, -1
+        if cells[i, j] != NET:
+            return i, j
+        for f in range(len(corners)):
+            if _within(corners[f], x, y, SLIM_MM):
+                return -1, -1
+        x, y = x + 0.5 * cell * mouth[2], y + 0.5 * cell * mouth[3]
+
+
 @inner
 def _mark_net(cells, corners, x0, y0, cell):  # type: ignore[no-untyped-def]
     """Mark the cells of the flat net."""
@@ -33,14 +64,7 @@ def _mark_net(cells, corners, x0, y0, cell):  # type: ignore[no-untyped-def]
             lo_y, hi_y = min(lo_y, corners[f, k, 1]), max(hi_y, corners[f, k, 1])
         for i in range(int((lo_x - near - x0) / cell), int((hi_x + near - x0) / cell) + 1):
             for j in range(int((lo_y - near - y0) / cell), int((hi_y + near - y0) / cell) + 1):
-                px, py = x0 + (i + 0.5) * cell, y0 + (j + 0.5) * cell
-                inside = True
-                for k in range(3):
-                    n = 0 if k == 2 else k + 1
-                    ex, ey = corners[f, n, 0] - corners[f, k, 0], corners[f, n, 1] - corners[f, k, 1]
-                    side = ex * (py - corners[f, k, 1]) - ey * (px - corners[f, k, 0])
-                    inside = inside and side >= -near * math.sqrt(ex * ex + ey * ey)
-                if inside:
+                if _within(corners[f], x0 + (i + 0.5) * cell, y0 + (j + 0.5) * cell, near):
                     cells[i, j] = NET
 
 
@@ -128,7 +152,7 @@ def _fewest_swept(cells, starts, count):  # type: ignore[no-untyped-def]
 
 
 @entry
-def hold_gap(corners, preorder, first, last, hinges, panel, steps, base, room, cell, least):  # type: ignore[no-untyped-def]
+def hold_gap(corners, preorder, first, last, hinges, panel, steps, base, room, cell, least, mouths):  # type: ignore[no-untyped-def]
     """Cells swept by the folds that lie between the base panel and the frame, at least, on any way around the net.
 
     Args:
@@ -140,9 +164,10 @@ def hold_gap(corners, preorder, first, last, hinges, panel, steps, base, room, c
         room: gap between the net and the frame, mm.
         cell: side of a cell, mm.
         least: sides of the base panel from this length on can hold a tab, mm.
+        mouths: (K, 4) ends of necks from which a way may lead, mm, and the directions of these.
 
     Returns:
-        number of cells; -1 if the net leaves no way, or the base panel no free side
+        number of cells; -1 if the net leaves no way, or there is nothing to start from
     """
     n = len(corners)
     flat = corners.reshape(-1, 2)
@@ -197,4 +222,9 @@ def hold_gap(corners, preorder, first, last, hinges, panel, steps, base, room, c
                 if cells[i, j] != NET and count < len(starts):
                     starts[count, 0], starts[count, 1] = i, j
                     count += 1
+    for m in range(len(mouths)):
+        i, j = _way_out(cells, corners, x0, y0, cell, mouths[m])
+        if i >= 0 and count < len(starts):
+            starts[count, 0], starts[count, 1] = i, j
+            count += 1
     return _fewest_swept(cells, starts, count)

@@ -75,6 +75,19 @@ def test_a_net_around_the_base_leaves_no_way():
     assert hold_gap(whole, result, problem) == 0
 
 
+def test_a_base_between_petals_is_held_by_necks():
+    graph = DualGraph(read_goal(goal_path("flower")))
+    layout = nearly_blooming(graph, rank_bases(graph, 1, seed=0)[0].face, seed=0).layout
+    net = layout.to_net()
+    problem = FoldProblem(net.goal, edge_insets(net, LIMITS.thickness, LIMITS.clearance), LIMITS)
+    flat = judge(layout, problem, 0.0).tree
+    result = replace(problem.fold(flat), steps=np.zeros((0, 3)))
+    assert hold_gap(flat, result, problem) == -1
+    assert hold_gap(flat, result, problem, layout) == 0
+    wide = FoldProblem(net.goal, problem.insets, replace(LIMITS, kerf=2.0))  # no neck is so wide
+    assert hold_gap(flat, result, wide, layout) == -1
+
+
 def test_the_cost_grows_with_the_gap():
     assert hold_cost(0) == 0.0
     costs = [hold_cost(gap) for gap in (1, 2, 5, 12)]
