@@ -52,7 +52,7 @@ def repaired(candidate: Candidate, problem: FoldProblem, until: float = math.inf
                 continue
             tried.add((edge, round(back[edge], 6)))
             left -= 1
-            trial = _with(best, problem, back)
+            trial = _with(best, problem, back, best.cost)
             if trial.cost < best.cost:
                 best, improving = trial, True
                 break
@@ -62,30 +62,34 @@ def repaired(candidate: Candidate, problem: FoldProblem, until: float = math.inf
 def let_go(candidate: Candidate, problem: FoldProblem, until: float = math.inf) -> Candidate:
     """The same net with every crease held back only as far as it pays.
 
-    One after the other, those held back most first, is tried without, and then with less by halves. It ends
-    at ``until``, see ``time.monotonic``.
+    One after the other, those held back most first, is tried without, and then with less by halves, until
+    nothing more is won. It ends at ``until``, see ``time.monotonic``.
     """
     best, left = candidate, _most_nets(problem)
     if candidate.back is None:
         return candidate
-    held = np.flatnonzero((candidate.back > 0.0) & candidate.layout.tree)
-    for edge in held[np.argsort(-candidate.back[held], kind="stable")].tolist():
-        low, high, less = 0.0, float(candidate.back[edge]), 0.0
-        for _ in range(HALVES):
-            if left <= 0 or time.monotonic() > until:
-                return best
-            assert best.back is not None  # noqa: S101 - it starts with one
-            back = best.back.copy()
-            back[edge] = less
-            left -= 1
-            trial = _with(best, problem, back)
-            if trial.cost < best.cost:
-                best, high = trial, less
-            else:
-                low = less
-            if high == 0.0:
-                break
-            less = 0.5 * (low + high)
+    improving = True
+    while improving:  # what one stood in the way of may be let go once that is
+        improving = False
+        assert best.back is not None  # noqa: S101 - it starts with one
+        held = np.flatnonzero((best.back > 0.0) & candidate.layout.tree)
+        for edge in held[np.argsort(-best.back[held], kind="stable")].tolist():
+            low, high, less = 0.0, float(best.back[edge]), 0.0
+            for _ in range(HALVES):
+                if left <= 0 or time.monotonic() > until:
+                    return best
+                back = best.back.copy()
+                back[edge] = less
+                left -= 1
+                trial = _with(best, problem, back, math.inf)
+                if trial.cost < best.cost:
+                    best, high, improving = trial, less, True
+                    assert best.back is not None  # noqa: S101 - it was judged with one
+                else:
+                    low = less
+                if high == 0.0:
+                    break
+                less = 0.5 * (low + high)
     return best
 
 
@@ -105,11 +109,9 @@ def _ways(candidate: Candidate, problem: FoldProblem) -> list[tuple[int, float]]
     return out
 
 
-def _with(candidate: Candidate, problem: FoldProblem, back: NDArray[np.float64]) -> Candidate:
-    """The candidate with other creases held back; if it is no better, its cost is a bound."""
-    return judge(
-        candidate.layout, problem, candidate.axis_rad, candidate.cost, candidate.after, candidate.own, back
-    )
+def _with(candidate: Candidate, problem: FoldProblem, back: NDArray[np.float64], give_up: float) -> Candidate:
+    """The candidate with other creases held back; if it costs more than ``give_up``, its cost is a bound."""
+    return judge(candidate.layout, problem, candidate.axis_rad, give_up, candidate.after, candidate.own, back)
 
 
 def _most_nets(problem: FoldProblem) -> int:

@@ -67,7 +67,7 @@ def on_its_sheet(
     weight = cost(folded.result, problem)
     if folded.hold.needed and "held" not in without:
         weight += 1.0  # ``plan_on_sheet`` refuses it: the last resort
-    return Finalist(candidate, weight, placed, sheet, folded)
+    return Finalist(candidate, weight, placed, folded.sheet, folded)
 
 
 def improve_on_sheet(

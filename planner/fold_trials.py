@@ -17,7 +17,7 @@ from planner.fold_search import fits, flat_tree, held_back
 from planner.insets import edge_insets
 from planner.lost_folds import foldable_share
 from planner.placement import place_net
-from planner.plan_on_sheet import fold_on_sheet, tree_of_net
+from planner.plan_on_sheet import fold_on_sheet, same_places, tree_of_net
 from planner.sheet_hits import sheet_solids
 from planner.substrate import make_sheet
 
@@ -113,7 +113,8 @@ class Workbench:
                 self.back[self.layout.crease[net.child_of[blocked.crease]]] = max(0.0, short)
         self.folds = 1
         back = held_back(self.layout, self.back)
-        stays = fold_on_sheet(net, plan.sheet, self.problem, plan.without, back=back).kept
+        made = fold_on_sheet(net, plan.sheet, self.problem, plan.without, back=back)
+        stays = same_places(made.sheet, made.kept, plan.sheet)
         named = [b.blockers[0] for b in plan.blocked if b.by == "substrate" and b.blockers]
         self.kept = np.union1d(stays, np.array(named, dtype=np.int64))
         self.bodies = sheet_solids(plan.sheet, limits.thickness)[self.kept]

@@ -52,8 +52,8 @@ def _cells(tree: FlatTree, result: FoldResult, problem: FoldProblem, mouths: NDA
     hinges, _ = tree.hinge_lines
     faces = len(tree.parent)
     return int(count(
-        tree.corners, preorder, first, last, hinges, panel_numbers(tree, faces), result.steps, tree.base,
-        frame_gap(problem.limits), CELL_MM, LEAST_TAB_EDGE_MM, mouths,
+        tree.corners, tree.parent, tree.slot, preorder, first, last, hinges, panel_numbers(tree, faces),
+        result.steps, tree.base, frame_gap(problem.limits), CELL_MM, LEAST_TAB_EDGE_MM, mouths,
     ))  # fmt: skip
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.clearance import check_rotation_clearance
-from planner.clip_regions import clip_swept
+from planner.clip_regions import clip_region, clip_swept
 from planner.corner_tabs import neck_notice
 from planner.errors import PlanError
 from planner.fabrication import check_held, fabrication_steps
@@ -23,9 +24,14 @@ from planner.metal_pieces import incentres, piece_of
 from planner.neck_contact import stays_clear
 from planner.net import Net
 from planner.sheet_hits import sheet_hits, sheet_solids
+from planner.substrate import make_sheet
+from planner.swept_region import swept_region
 from planner.tab_strength import tab_notice
 
-__all__ = ["SheetFold", "fold_on_sheet", "plan_on_sheet", "tree_of_net"]
+__all__ = ["MOST_PLANS", "SheetFold", "fold_on_sheet", "plan_on_sheet", "same_places", "tree_of_net"]
+
+MOST_PLANS = 3
+"""How often the folds are planned anew around what has to stay of the sheet, the first time included."""
 
 
 def plan_on_sheet(
@@ -41,7 +47,7 @@ def plan_on_sheet(
 
     Args:
         net: the net, placed.
-        sheet: the sheet around it, without tabs.
+        sheet: the sheet around it, without tabs; not looked at where ``folded`` is given.
         problem: goal, limits and rules.
         seed: recorded in the plan.
         without: rules that are switched off, recorded in the plan.
@@ -53,7 +59,7 @@ def plan_on_sheet(
     """
     limits = problem.limits
     folded = folded or fold_on_sheet(net, sheet, problem, without)
-    result, hold, hits, kept = folded.result, folded.hold, folded.hits, folded.kept
+    sheet, result, hold, hits, kept = folded.sheet, folded.result, folded.hold, folded.hits, folded.kept
     if hold.needed and "held" not in without:
         raise PlanError(
             f"the base face {net.base_face} cannot be held: the folds sweep every way from it to the frame. "
@@ -63,7 +69,7 @@ def plan_on_sheet(
     if hits:
         fitted = clip_swept(net, sheet, hold, hits, tree_of_net(net), result, problem)
         swept_area = fitted.swept_area
-        kept = _same_places(sheet, kept, fitted.sheet)
+        kept = same_places(sheet, kept, fitted.sheet)
         sheet, hold, hits = fitted.sheet, fitted.hold, fitted.hits
     folds = fold_steps(net, result)
     steps = fabrication_steps(net, sheet, hold, folds, hits)
@@ -89,12 +95,14 @@ class SheetFold:
     """A net folded with its sheet in place.
 
     Attributes:
+        sheet: the sheet; divided along what the folds sweep where only so a way to hold the base is left.
         result: what the fold planner reached.
         hold: what holds the base; ``hold.needed`` is empty unless it cannot be held.
         hits: substrate triangle that the folds sweep → number of the first fold that does.
         kept: (K,) substrate triangles that stay and stood in the way: obstacle k is triangle ``kept[k]``.
     """
 
+    sheet: Sheet
     result: FoldResult
     hold: Hold
     hits: dict[int, int]
@@ -123,19 +131,55 @@ def fold_on_sheet(
         PlanError: if no free edge of the base panel has sheet beside it.
     """
     tree = tree_of_net(net)
-    sweeps_sheet = "substrate" not in without
-    bodies = sheet_solids(sheet, problem.limits.thickness)
     kept = np.flatnonzero(sheet.frame_faces)
-    for _ in range(3):
-        result = problem.fold(tree, obstacles=bodies[kept] if sweeps_sheet else None, after=after, back=back)
-        hits = sheet_hits(tree, result, problem, bodies) if sweeps_sheet else {}
-        swept = frozenset(hits) - frozenset(kept.tolist())
-        check = partial(stays_clear, tree=tree, result=result, problem=problem) if sweeps_sheet else None
-        hold = hold_base(net, sheet, problem.limits, swept, check)
-        if not hold.needed:
+    if "substrate" in without:
+        result = problem.fold(tree, after=after, back=back)
+        return SheetFold(sheet, result, hold_base(net, sheet, problem.limits, ()), {}, kept)
+    for turn in range(MOST_PLANS):
+        bodies = sheet_solids(sheet, problem.limits.thickness)
+        result = problem.fold(tree, obstacles=bodies[kept], after=after, back=back)
+        folded = _held(net, sheet, kept, tree, result, problem)
+        if folded.hold.needed and turn == 0:
+            folded = _on_divided_sheet(net, folded, tree, problem)
+        if not folded.hold.needed:
             break
-        kept = np.union1d(kept, np.array(sorted(hold.tether | hold.needed), dtype=np.int64))
-    return SheetFold(result, hold, hits, kept)
+        sheet, stays = folded.sheet, sorted(folded.hold.tether | folded.hold.needed)
+        kept = np.union1d(np.flatnonzero(sheet.frame_faces), np.array(stays, dtype=np.int64))
+    return folded
+
+
+def _held(
+    net: Net,
+    sheet: Sheet,
+    kept: NDArray[np.int64],
+    tree: FlatTree,
+    result: FoldResult,
+    problem: FoldProblem,
+) -> SheetFold:
+    """What is left of ``sheet`` to hold the base, with the folds of ``result``."""
+    hits = sheet_hits(tree, result, problem, sheet_solids(sheet, problem.limits.thickness))
+    swept = frozenset(hits) - frozenset(kept.tolist())
+    check = partial(stays_clear, tree=tree, result=result, problem=problem)
+    return SheetFold(sheet, result, hold_base(net, sheet, problem.limits, swept, check), hits, kept)
+
+
+def _on_divided_sheet(net: Net, folded: SheetFold, tree: FlatTree, problem: FoldProblem) -> SheetFold:
+    """The same folds on the sheet divided along what they sweep, if that can be done.
+
+    A triangle that the folds touch anywhere is lost as a whole, and with it ways that they leave free.
+    """
+    import shapely
+
+    sheet = folded.sheet
+    polygons = shapely.polygons(sheet.triangles)
+    frame = shapely.union_all(polygons[sheet.frame_faces], grid_size=1e-7)
+    metal = shapely.union_all(polygons[~sheet.frame_faces], grid_size=1e-7)
+    swept = swept_region(tree, folded.result, problem, rough=True)
+    with suppress(PlanError, shapely.errors.GEOSException):
+        finer = make_sheet(net, problem.limits, clip_region(swept, metal, frame, problem.limits))
+        kept = same_places(sheet, folded.kept, finer)
+        return _held(net, finer, kept, tree, folded.result, problem)
+    return folded
 
 
 def tree_of_net(net: Net) -> FlatTree:
@@ -187,7 +231,7 @@ def _metrics(net: Net, sheet: Sheet, hold: Hold, result: FoldResult) -> PlanMetr
     )
 
 
-def _same_places(sheet: Sheet, triangles: NDArray[np.int64], other: Sheet) -> NDArray[np.int64]:
+def same_places(sheet: Sheet, triangles: NDArray[np.int64], other: Sheet) -> NDArray[np.int64]:
     """For each of ``triangles`` of ``sheet`` the triangle of ``other`` around its middle."""
     import shapely
 

@@ -14,10 +14,13 @@ from planner.kinematics import rotation_about_line
 if TYPE_CHECKING:
     from shapely import Geometry
 
-__all__ = ["CHORD_MM", "passage", "swept_region"]
+__all__ = ["CHORD_MM", "ROUGH_MM", "passage", "swept_region"]
 
 CHORD_MM = 0.01
 """How far the border may be from the arcs that it is drawn through; the region is grown by it."""
+
+ROUGH_MM = 0.1
+"""The same for a rough region."""
 
 SNAP_MM = 1e-6
 """Grid on which the shapes are joined, far below what the region is grown by."""
@@ -28,7 +31,9 @@ _ROUND = math.cos(math.pi / 8.0)  # a quarter circle of two chords lies outside 
 _FLAT_MM = 1e-6
 
 
-def swept_region(tree: FlatTree, result: FoldResult, problem: FoldProblem) -> Geometry:
+def swept_region(
+    tree: FlatTree, result: FoldResult, problem: FoldProblem, *, rough: bool = False
+) -> Geometry:
     """All places of the sheet plane where some moving face is in the slab of the sheet at some angle.
 
     Every turn is about a line in the sheet plane (outside-in: all creases nearer to the base are flat). In
@@ -43,6 +48,7 @@ def swept_region(tree: FlatTree, result: FoldResult, problem: FoldProblem) -> Ge
         tree: the flat net.
         result: what the fold planner did with it, its steps in order.
         problem: thickness and insets.
+        rough: ten times as coarse, in a fraction of the time: threads of the region may be missing.
 
     Returns:
         A shapely polygon or multipolygon in mm. Faces that rise out of the sheet sweep their own place,
@@ -61,7 +67,7 @@ def swept_region(tree: FlatTree, result: FoldResult, problem: FoldProblem) -> Ge
         turn = value - angle[face]
         members = preorder[first[face] : last[face]]
         moving = middles[members]
-        shapes += passage(moving, hinges[face], turn, thickness)
+        shapes += passage(moving, hinges[face], turn, thickness, rough=rough)
         start = np.append(hinges[face, :2], 0.0)
         pose = rotation_about_line(start, start + np.append(hinges[face, 2:], 0.0), turn)
         middles[members] = moving @ pose[:3, :3].T + pose[:3, 3]
@@ -74,7 +80,12 @@ def swept_region(tree: FlatTree, result: FoldResult, problem: FoldProblem) -> Ge
 
 
 def passage(
-    triangles: NDArray[np.float64], hinge: NDArray[np.float64], turn_rad: float, thickness: float
+    triangles: NDArray[np.float64],
+    hinge: NDArray[np.float64],
+    turn_rad: float,
+    thickness: float,
+    *,
+    rough: bool = False,
 ) -> list[Geometry]:
     """Shapely shapes that cover where ``triangles`` pass through the slab of the sheet during one turn.
 
@@ -83,6 +94,7 @@ def passage(
         hinge: (4,) a point of the hinge and its unit direction, in the sheet plane.
         turn_rad: the turn, right-handed about the direction, at most pi.
         thickness: of the solids and of the sheet, mm.
+        rough: as in ``swept_region``.
     """
     if abs(turn_rad) < _LEAST_TURN_RAD or not len(triangles):
         return []
@@ -110,7 +122,7 @@ def passage(
             part = own[number]
             for plane in planes:
                 part = _clipped(part, plane, -thickness)
-            out += _images(part, side, thickness + CHORD_MM)
+            out += _images(part, side, thickness, rough)
     return [_placed(shape, ox, oy, ux, uy) for shape in out]
 
 
@@ -131,7 +143,7 @@ def _clipped(polygon: NDArray[np.float64], normal: NDArray[np.float64], least: f
     return np.array(out).reshape(-1, 3)
 
 
-def _images(polygon: NDArray[np.float64], side: float, grow_mm: float) -> list[Geometry]:
+def _images(polygon: NDArray[np.float64], side: float, thickness: float, rough: bool) -> list[Geometry]:
     """Images of a convex polygon (K, 3) under (along, radius), on one side of the hinge, grown."""
     import shapely
 
@@ -144,12 +156,17 @@ def _images(polygon: NDArray[np.float64], side: float, grow_mm: float) -> list[G
     parts = [polygon]
     if size > 1e-12:
         parts = [_clipped(polygon, sign * foot / size, 0.0) for sign in (1.0, -1.0)]
+    chord_mm = ROUGH_MM if rough else CHORD_MM
+    grow_mm = thickness + chord_mm
     out = []
     for part in parts:
         if len(part) < 3:
             continue
-        flat = _chords(part)
+        flat = _chords(part, chord_mm)
         flat[:, 1] *= side
+        if rough:
+            out.append(shapely.make_valid(shapely.Polygon(flat)).buffer(grow_mm, quad_segs=2))
+            continue
         # One chord at a time: GEOS cuts the tips of narrow rings off (seen with shapely 2.2).
         chords = shapely.linestrings(np.stack([flat, np.roll(flat, -1, axis=0)], axis=1))
         out.append(shapely.union_all(shapely.buffer(chords, grow_mm / _ROUND, quad_segs=2)))
@@ -158,8 +175,8 @@ def _images(polygon: NDArray[np.float64], side: float, grow_mm: float) -> list[G
     return out
 
 
-def _chords(polygon: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The border of a polygon (K, 3) as points (along, radius), each arc within ``CHORD_MM`` of its chords.
+def _chords(polygon: NDArray[np.float64], chord_mm: float) -> NDArray[np.float64]:
+    """The border of a polygon (K, 3) as points (along, radius), each arc within ``chord_mm`` of its chords.
 
     Along a segment the radius is a hyperbola sqrt(d² + s²) with its least value d; a chord over a length l is
     off by at most l² / (8 d), and by at most l / 2.
@@ -170,14 +187,14 @@ def _chords(polygon: NDArray[np.float64]) -> NDArray[np.float64]:
         along = b[1:] - a[1:]
         length = float(np.hypot(along[0], along[1]))
         count = 1
-        if length > CHORD_MM:
-            nearest = max(abs(float(along[0] * a[2] - along[1] * a[1])) / length, 0.25 * CHORD_MM)
-            count = min(_MOST_CHORDS, 1 + int(length / math.sqrt(8.0 * nearest * CHORD_MM)))
-            if length / count > 2.0 * CHORD_MM and nearest < CHORD_MM:  # through the axis: a sharp bend
+        if length > chord_mm:
+            nearest = max(abs(float(along[0] * a[2] - along[1] * a[1])) / length, 0.25 * chord_mm)
+            count = min(_MOST_CHORDS, 1 + int(length / math.sqrt(8.0 * nearest * chord_mm)))
+            if length / count > 2.0 * chord_mm and nearest < chord_mm:  # through the axis: a sharp bend
                 count = 1
         share = np.arange(count)[:, None] / count
         points = a + share * (b - a)
-        if count == 1 and length > CHORD_MM:
+        if count == 1 and length > chord_mm:
             foot = float(np.clip(-(a[1:] @ along) / length**2, 0.0, 1.0))
             points = np.stack([a, a + foot * (b - a)]) if 0.0 < foot < 1.0 else points
         out.append(np.column_stack([points[:, 0], np.hypot(points[:, 1], points[:, 2])]))

@@ -8,7 +8,7 @@ import numpy as np
 
 from planner._kernels.beam_kernels import OVERHANG_RAD, aim, lean, tilt_for_lean
 from planner._kernels.compiled import inner
-from planner._kernels.sight_kernels import hidden_share, sight_limit
+from planner._kernels.sight_kernels import hidden_share, hides_alone, sight_limit
 
 LEAST_GAIN_RAD = math.radians(0.2)
 """A further tilt is not chosen, and a further stage of a turn not made, for less."""
@@ -53,6 +53,7 @@ def farthest_view(  # type: ignore[no-untyped-def]
     most_tilt = np.abs(fine).max()
     reach, view, tilted, who = 0.0, first, False, np.int64(-1)
     mark(moving_mask, members, True)
+    witness = np.int64(-1)  # hid the crease last: the first to be looked at under the next tilt
     for k in range(-1, len(fine) + len(grazes)):
         if k < 0:
             beam = first
@@ -74,16 +75,24 @@ def farthest_view(  # type: ignore[no-untyped-def]
             ahead = reach + LEAST_GAIN_RAD
             if allowed <= ahead:
                 continue
-            share, _, _ = hidden_share(
+            if witness >= 0 and hides_alone(
+                witness, moving_mask[witness], solids, ox, oy, ux, uy, length, sign, ahead, aimed,
+                hidden_max, intervals[0], turned,
+            ):  # fmt: skip
+                continue
+            share, most, _ = hidden_share(
                 panel[face], panel[parent], panel, moving_mask, flat, solids, centres, radii,
                 present, ox, oy, ux, uy, length, sign, ahead, aimed, intervals, turned,
             )  # fmt: skip
             if share > hidden_max:
+                witness = most
                 continue
         seen, by = sight_limit(
             panel[face], panel[parent], panel, moving_mask, flat, solids, centres, radii, present,
             ox, oy, ux, uy, length, sign, allowed, aimed, hidden_max, intervals, turned, True,
         )  # fmt: skip
+        if by >= 0:
+            witness = by
         if k < 0:
             who = by
         if seen > reach + LEAST_GAIN_RAD:

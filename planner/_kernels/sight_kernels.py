@@ -295,6 +295,38 @@ def watched_share(  # type: ignore[no-untyped-def]
 
 
 @inner
+def hides_alone(  # type: ignore[no-untyped-def]
+    solid, moving, solids, ox, oy, ux, uy, length, sign, angle, beam, hidden_max, interval, turned,
+):  # fmt: skip
+    """True if one solid, that neither lies flat nor is of the panels beside, hides more than ``hidden_max``.
+
+    Args:
+        solid: its number.
+        moving: True if it turns.
+        solids ... beam: as in ``hidden_share``.
+        hidden_max: sight rule.
+        interval: (2,) and
+        turned: (3, 3) work space.
+    """
+    c, s = math.cos(angle), math.sin(angle) * sign
+    for k in range(3):
+        if moving:
+            dx, dy, dz = solids[solid, 9 + k, 0] - ox, solids[solid, 9 + k, 1] - oy, solids[solid, 9 + k, 2]
+            a, w = dx * ux + dy * uy, dy * ux - dx * uy
+            w2 = w * c - dz * s
+            turned[k, 0], turned[k, 1] = ox + a * ux - w2 * uy, oy + a * uy + w2 * ux
+            turned[k, 2] = w * s + dz * c
+        else:
+            for d in range(3):
+                turned[k, d] = solids[solid, 9 + k, d]
+    thin = moving and angle > 0.0
+    if not covered_interval(turned, ox, oy, ox + ux * length, oy + uy * length, beam, thin, interval):
+        return False
+    lo, hi = max(END_SHARE, interval[0]), min(1.0 - END_SHARE, interval[1])
+    return hi - lo > hidden_max * (1.0 - 2.0 * END_SHARE)
+
+
+@inner
 def hidden_share(  # type: ignore[no-untyped-def]
     panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
     ox, oy, ux, uy, length, sign, angle, beam, intervals, turned,

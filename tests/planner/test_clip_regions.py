@@ -35,7 +35,7 @@ def case():
     problem = FoldProblem(net.goal, edge_insets(net, LIMITS.thickness, LIMITS.clearance), LIMITS)
     sheet = make_sheet(net, LIMITS)
     made = fold_on_sheet(net, sheet, problem, ())
-    tree = tree_of_net(net)
+    sheet, tree = made.sheet, tree_of_net(net)
     return net, sheet, problem, made, clip_swept(
         net, sheet, made.hold, made.hits, tree, made.result, problem
     ), tree  # fmt: skip

@@ -75,6 +75,24 @@ def test_a_net_around_the_base_leaves_no_way():
     assert hold_gap(whole, result, problem) == 0
 
 
+def test_a_side_with_a_petal_on_it_is_not_free():
+    # the petals are so slim at their ends that 2 mm beside the base there is sheet
+    base = np.array([[0.0, 0.0], [20.0, 0.0], [0.0, 20.0]])
+    corners = [base]
+    for k in range(3):
+        a, b = base[k], base[(k + 1) % 3]
+        along = b - a
+        corners.append(np.array([b, a, 0.5 * (a + b) + 0.3 * np.array([along[1], -along[0]])]))
+    parent, slot = np.array([-1, 0, 0, 0]), np.array([-1, 0, 0, 0])
+    target = np.array([0.0, 0.5, 0.5, 0.5])
+    slim = FlatTree(0, parent, slot, np.arange(4), np.array(corners), target, np.array([1.0, 0.0]))
+    problem = problem_of(slim)
+    still = replace(problem.fold(slim), steps=np.zeros((0, 3)))
+    assert hold_gap(slim, still, problem) == -1
+    two = FlatTree(0, parent[:3], slot[:3], np.arange(3), slim.corners[:3], target[:3], slim.axis)
+    assert hold_gap(two, still, problem_of(two)) == 0
+
+
 def test_a_base_between_petals_is_held_by_necks():
     graph = DualGraph(read_goal(goal_path("flower")))
     layout = nearly_blooming(graph, rank_bases(graph, 1, seed=0)[0].face, seed=0).layout
