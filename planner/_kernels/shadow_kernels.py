@@ -13,7 +13,7 @@ import numpy as np
 
 from planner._kernels.beam_kernels import BEAM_SIZE, KY, OVERHANG_RAD, aim, lean
 from planner._kernels.compiled import entry, inner
-from planner._kernels.sight_kernels import ABOVE_MM, END_SHARE, covered_interval
+from planner._kernels.cover_kernels import ABOVE_MM, END_SHARE, covered_interval
 
 SAMPLES, PER_WORD, WORDS = 16, 4, 3
 """Angles of a turn; tilts in a 64-bit word, a bit for each angle; words. The first angle has the lowest bit."""

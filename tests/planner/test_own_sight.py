@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from models.goals import goal_path
+from planner._kernels.cover_kernels import ABOVE_MM, END_SHARE
 from planner._kernels.shadow_kernels import PER_WORD, SAMPLES, WORDS
-from planner._kernels.sight_kernels import ABOVE_MM, END_SHARE
 from planner.dual_graph import DualGraph
 from planner.fold_plan import MachineLimits
 from planner.fold_problem import SAFE_LOAD, SIGHT_RESERVE, FoldProblem

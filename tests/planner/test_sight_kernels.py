@@ -7,15 +7,13 @@ import pytest
 from numba import njit
 
 from planner._kernels.beam_kernels import BEAM_SIZE, aim, lean
+from planner._kernels.cover_kernels import END_SHARE, covered_interval, union_share
 from planner._kernels.sight_kernels import (
-    END_SHARE,
     REFINED_RAD,
     SIGHT_STEP_RAD,
     SIGHT_SUBSTEPS,
-    covered_interval,
     hidden_share,
     sight_limit,
-    union_share,
 )
 from planner.beam import to_light
 from planner.fold_plan import MachineLimits
