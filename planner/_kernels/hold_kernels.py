@@ -21,7 +21,6 @@ BESIDE_CELLS = 0.5
 NEAR_CELLS = 0.6
 """A cell belongs to the net if its middle is at most so far from a face."""
 
-
 OUT_CELLS = 1.2
 """A way starts so far outside of a free side, in cells."""
 

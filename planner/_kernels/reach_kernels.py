@@ -77,7 +77,7 @@ def farthest_view(  # type: ignore[no-untyped-def]
                 continue
             if witness >= 0 and hides_alone(
                 witness, moving_mask[witness], solids, ox, oy, ux, uy, length, sign, ahead, aimed,
-                hidden_max, intervals[0], turned,
+                hidden_max, intervals, turned,
             ):  # fmt: skip
                 continue
             share, most, _ = hidden_share(

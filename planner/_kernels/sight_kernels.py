@@ -8,7 +8,7 @@ import numpy as np
 
 from planner._kernels.beam_kernels import KX, KY, NEAR, RADIUS, SPREAD, UP
 from planner._kernels.compiled import inner
-from planner._kernels.cover_kernels import END_SHARE, covered_interval, union_share
+from planner._kernels.cover_kernels import covered_interval, union_share
 
 SIGHT_STEP_RAD = math.radians(5.0)
 SIGHT_SUBSTEPS = 3
@@ -184,7 +184,7 @@ def watched_share(  # type: ignore[no-untyped-def]
 
 @inner
 def hides_alone(  # type: ignore[no-untyped-def]
-    solid, moving, solids, ox, oy, ux, uy, length, sign, angle, beam, hidden_max, interval, turned,
+    solid, moving, solids, ox, oy, ux, uy, length, sign, angle, beam, hidden_max, intervals, turned,
 ):  # fmt: skip
     """True if one solid, that neither lies flat nor is of the panels beside, hides more than ``hidden_max``.
 
@@ -193,7 +193,7 @@ def hides_alone(  # type: ignore[no-untyped-def]
         moving: True if it turns.
         solids ... beam: as in ``hidden_share``.
         hidden_max: sight rule.
-        interval: (2,) and
+        intervals: (1, 2) or larger and
         turned: (3, 3) work space.
     """
     c, s = 1.0, 0.0
@@ -201,10 +201,10 @@ def hides_alone(  # type: ignore[no-untyped-def]
         c, s = math.cos(angle), math.sin(angle) * sign
     _turn(solids[solid], ox, oy, ux, uy, c, s, turned)
     thin = moving and angle > 0.0
-    if not covered_interval(turned, ox, oy, ox + ux * length, oy + uy * length, beam, thin, interval):
+    bx, by = ox + ux * length, oy + uy * length
+    if not covered_interval(turned, ox, oy, bx, by, beam, thin, intervals[0]):
         return False
-    lo, hi = max(END_SHARE, interval[0]), min(1.0 - END_SHARE, interval[1])
-    return hi - lo > hidden_max * (1.0 - 2.0 * END_SHARE)
+    return union_share(intervals, 1) > hidden_max
 
 
 @inner

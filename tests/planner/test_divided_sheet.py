@@ -14,7 +14,7 @@ from planner.dual_graph import DualGraph
 from planner.errors import PlanError
 from planner.fold_plan import MachineLimits
 from planner.fold_problem import FoldProblem
-from planner.fold_search import cost, judge
+from planner.fold_search import cost
 from planner.insets import edge_insets
 from planner.nearly_blooming import nearly_blooming
 from planner.placement import place_net
@@ -37,10 +37,9 @@ def cases():
     divide = module._on_divided_sheet
     out = []
     for layout in layouts:
-        axis = judge(layout, problem, 0.0)
         net = layout.to_net()
         start, end = net.vertices[net.faces[net.base_face, :2]]
-        placed = place_net(net, LIMITS, math.atan2(end[1] - start[1], end[0] - start[0]) + axis.axis_rad)
+        placed = place_net(net, LIMITS, math.atan2(end[1] - start[1], end[0] - start[0]))
         sheet = make_sheet(placed, LIMITS)
         calls = []
 
