@@ -21,7 +21,7 @@ from planner.flat_layout import FlatLayout
 from planner.fold_problem import FlatTree, FoldProblem, FoldResult
 from planner.frame_strip import frame_strip
 from planner.hold_gap import hold_gap
-from planner.processors import processors
+from planner.processors import processors, side_by_side
 from planner.search_moves import OwnLimit, Trial, random_trial
 
 __all__ = [
@@ -314,23 +314,26 @@ def _judged(
     """The starting nets as they are, and what ``OwnSight`` makes of each, sorted by cost."""
     axes = axis_angles(problem)
     moves = min(MOST_OWN_MOVES, OWN_WORK // len(problem.goal.faces))
-    found: list[Candidate] = []
     began = time.monotonic()
-    for number, layout in enumerate(layouts):
-        enough = settings.deadline is not None and settings.share(0.0, began) > STARTS_SHARE
-        if found and (enough or (len(found) >= KEPT and done(found[KEPT - 1]))):
-            break
+    own_sight = problem.own_sight  # worked out before several threads ask for it
+
+    def start_from(number: int) -> list[Candidate]:
+        layout = layouts[number]
         both = (judge(layout, problem, axis) for axis in (axes[0], axes[len(axes) // 2]))
         start = min(both, key=_by_cost)
-        found.append(start)
-        if problem.own_sight is not None and not done(start):
-            rng = np.random.default_rng((settings.seed, number))
-            made = problem.own_sight.anneal(
-                layout, start.axis_rad, moves, rng, fixed_base=settings.fixed_base
-            )
-            found.append(judge(made.layout, problem, made.axis_rad, own=made.cost))
-        found.sort(key=_by_cost)
+        if own_sight is None or done(start):
+            return [start]
+        rng = np.random.default_rng((settings.seed, number))
+        made = own_sight.anneal(layout, start.axis_rad, moves, rng, fixed_base=settings.fixed_base)
+        return [start, judge(made.layout, problem, made.axis_rad, own=made.cost)]
+
+    found: list[Candidate] = []
+    for number, made in enumerate(side_by_side(start_from, range(len(layouts)))):
+        found = sorted([*found, *made], key=_by_cost)
         on_net(number, f"net {number + 1} of {len(layouts)}: {found[0].result.completion:.1%} folded")
+        enough = settings.deadline is not None and settings.share(0.0, began) > STARTS_SHARE
+        if enough or (len(found) >= KEPT and done(found[KEPT - 1])):
+            break
     return found
 
 

@@ -72,42 +72,22 @@ class OwnSight:
             creases, rows of the faces, and figures, see ``own_sight_kernels``.
     """
 
-    def __init__(self, problem: FoldProblem) -> None:
-        """Work the table out: about a second of processor time at 128 faces, growing with their square."""
-        from planner._kernels.shadow_kernels import WORDS, hidden_bits, hiding_pairs
-        from planner.fold_problem import SAFE_LOAD, SIGHT_RESERVE
+    def __init__(
+        self, problem: FoldProblem, hiding: tuple[NDArray[np.int32], NDArray[np.uint64]] | None = None
+    ) -> None:
+        """Work the table out: about a second of processor time at 128 faces, growing with their square.
+
+        Args:
+            problem: goal and limits.
+            hiding: rows and bits of the table where they are known already.
+        """
+        from planner.fold_problem import SAFE_LOAD
 
         goal, limits = problem.goal, problem.limits
         graph = DualGraph(goal)
-        corners = np.ascontiguousarray(problem.corners_3d)
-        child, slot, parent = graph.faces.ravel(), graph.slots.ravel(), graph.faces[:, ::-1].ravel()
-        start = corners[child, slot]
-        along = corners[child, (slot + 1) % 3] - start
-        lengths = np.linalg.norm(along, axis=1)
-        creases = np.stack([start, along / lengths[:, None], goal.face_normals[parent]], axis=1)
-        angles = np.repeat(np.where(graph.flat, 0.0, graph.fold_angle), 2)
-        panels = np.zeros((len(corners) + len(child), 2), dtype=np.int64)
-        panels[: len(corners), 0] = graph.panel
-        panels[len(corners) :] = np.stack([graph.panel[child], graph.panel[parent]], axis=1)
-        radius = max(limits.beam_radius, 0.5 * limits.thickness)
-        steep = math.tan(limits.max_tilt_rad)
-        wide = radius + limits.beam_spread * 2.0 * goal.longest_side_mm
-        fractions = np.array(FRACTIONS)
-        rows, used = hiding_pairs(corners, creases, lengths, angles, panels, fractions, steep, wide)
-        bits = np.zeros((int(used) + len(creases), HEADINGS, WORDS), dtype=np.uint64)
-        tilts = limits.max_tilt_rad * np.array(TILT_SHARES)
-        headings = math.pi * (np.arange(HEADINGS) + 0.5) / HEADINGS
-        head = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, radius, limits.beam_spread])
-        parts = np.linspace(0, len(creases), processors() + 1).astype(np.int64)
-
-        def fill(part: int) -> None:
-            hidden_bits(
-                corners, creases, lengths, angles, rows, fractions, tilts, headings, head,
-                problem.hidden_max * SIGHT_RESERVE, steep, wide, parts[part], parts[part + 1], bits,
-            )  # fmt: skip
-
-        with ThreadPoolExecutor(len(parts) - 1) as pool:
-            list(pool.map(fill, range(len(parts) - 1)))
+        creases, lengths, angles = _creases(problem, graph)
+        rows, bits = hiding or _hiding(problem, graph)
+        corners = problem.corners_3d
         double = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         load = limits.weight_n_mm2 / limits.plastic_moment_n
         self.table = (
@@ -115,7 +95,7 @@ class OwnSight:
             bits,
             np.column_stack([creases[:, :2].reshape(-1, 6), lengths, angles]),
             np.column_stack([problem.centroids_3d, 0.5 * np.linalg.norm(double, axis=1)]),
-            np.array([goal.longest_side_mm, load, SAFE_LOAD, steep, *FRACTIONS]),
+            np.array([goal.longest_side_mm, load, SAFE_LOAD, _steep(problem), *FRACTIONS]),
         )
 
     def cost(self, layout: FlatLayout, axis_rad: float) -> tuple[float, NDArray[np.float64]]:
@@ -208,3 +188,51 @@ def _axis(layout: FlatLayout, axis_rad: float) -> tuple[float, float]:
 def _state(rng: np.random.Generator) -> NDArray[np.uint64]:
     """(1,) state for the random numbers of a kernel."""
     return rng.integers(1, 2**63, size=1, dtype=np.uint64)
+
+
+def _creases(problem: FoldProblem, graph: DualGraph) -> tuple[NDArray[np.float64], ...]:
+    """(D, 3, 3) start, direction and parent's normal of the creases, (D,) their lengths, (D,) goal angles."""
+    child, slot, parent = graph.faces.ravel(), graph.slots.ravel(), graph.faces[:, ::-1].ravel()
+    start = problem.corners_3d[child, slot]
+    along = problem.corners_3d[child, (slot + 1) % 3] - start
+    lengths = np.linalg.norm(along, axis=1)
+    creases = np.stack([start, along / lengths[:, None], problem.goal.face_normals[parent]], axis=1)
+    return creases, lengths, np.repeat(np.where(graph.flat, 0.0, graph.fold_angle), 2)
+
+
+def _steep(problem: FoldProblem) -> float:
+    """Slope of the most tilted beam."""
+    return math.tan(problem.limits.max_tilt_rad)
+
+
+def _hiding(problem: FoldProblem, graph: DualGraph) -> tuple[NDArray[np.int32], NDArray[np.uint64]]:
+    """Rows and bits of the table."""
+    from planner._kernels.shadow_kernels import WORDS, hidden_bits, hiding_pairs
+    from planner.fold_problem import SIGHT_RESERVE
+
+    limits = problem.limits
+    creases, lengths, angles = _creases(problem, graph)
+    corners = np.ascontiguousarray(problem.corners_3d)
+    child, parent = graph.faces.ravel(), graph.faces[:, ::-1].ravel()
+    panels = np.zeros((len(corners) + len(child), 2), dtype=np.int64)
+    panels[: len(corners), 0] = graph.panel
+    panels[len(corners) :] = np.stack([graph.panel[child], graph.panel[parent]], axis=1)
+    radius, steep = max(limits.beam_radius, 0.5 * limits.thickness), _steep(problem)
+    wide = radius + limits.beam_spread * 2.0 * problem.goal.longest_side_mm
+    fractions = np.array(FRACTIONS)
+    rows, used = hiding_pairs(corners, creases, lengths, angles, panels, fractions, steep, wide)
+    bits = np.zeros((int(used) + len(creases), HEADINGS, WORDS), dtype=np.uint64)
+    tilts = limits.max_tilt_rad * np.array(TILT_SHARES)
+    headings = math.pi * (np.arange(HEADINGS) + 0.5) / HEADINGS
+    head = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, radius, limits.beam_spread])
+    parts = np.linspace(0, len(creases), processors() + 1).astype(np.int64)
+
+    def fill(part: int) -> None:
+        hidden_bits(
+            corners, creases, lengths, angles, rows, fractions, tilts, headings, head,
+            problem.hidden_max * SIGHT_RESERVE, steep, wide, parts[part], parts[part + 1], bits,
+        )  # fmt: skip
+
+    with ThreadPoolExecutor(len(parts) - 1) as pool:
+        list(pool.map(fill, range(len(parts) - 1)))
+    return rows, bits

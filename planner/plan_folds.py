@@ -39,7 +39,7 @@ from planner.nearly_blooming import NetAttempt, certify, nearly_blooming
 from planner.net import Net
 from planner.pattern_check import with_pattern
 from planner.plan_on_sheet import plan_on_sheet, tree_of_net
-from planner.processors import processors
+from planner.processors import processors, side_by_side
 
 __all__ = ["plan_folds"]
 
@@ -229,7 +229,9 @@ def _nets_to_fold(
         starts = _starts(graph, net.base_face, settings.fixed_base, settings.seed)
         further = replace(settings, evaluations=evaluations)
         found = search([given, *(start.layout for start in starts)], problem, further, tell)
-        better = [repaired(candidate, problem, settings.repair_until) for candidate in found[:REPAIRED]]
+        better = side_by_side(
+            lambda candidate: repaired(candidate, problem, settings.repair_until), found[:REPAIRED]
+        )
         found = sorted([*better, *found[REPAIRED:]], key=lambda candidate: candidate.cost)
         if not settings.fixed_base:
             costs = {id(candidate.layout): candidate.cost for candidate in found}

@@ -1,7 +1,7 @@
 """The first run: compiling the kernels of nets and folds, and leaving their machine code for later runs.
 
 It takes several seconds once per version, and nothing afterwards. Nets and folds are compiled side by side,
-the folds in a process of their own, because numba compiles one function at a time in one process.
+each in a process of its own, because numba compiles one function at a time in one process.
 """
 
 from __future__ import annotations
@@ -11,11 +11,17 @@ import importlib
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from planner.fold_problem import FoldProblem
+    from planner.goal_mesh import GoalMesh
 
 __all__ = ["kernels_are_cached", "kernels_can_be_kept", "warm_up"]
 
@@ -25,7 +31,13 @@ _MODULES = (
 )  # fmt: skip
 
 CHILD_TIMEOUT_S = 300.0
-"""After this time the process that compiles the folds is given up; they are then compiled here."""
+"""After this time a process that compiles is given up; what it has not left is then compiled here."""
+
+LOOK_AGAIN_S = 0.5
+"""How often is looked how much is compiled."""
+
+_POINTS = np.array([[0.0, 0.0, 0.0], [20.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 20.0]])
+"""Corners of a small tetrahedron, mm."""
 
 
 def kernels_can_be_kept() -> bool:
@@ -59,27 +71,13 @@ def warm_up(on_progress: Callable[[float, str], None] | None = None) -> None:
     if kernels_are_cached():
         return
     tell = on_progress or (lambda _share, _text: None)
-    with _no_collection():
-        if cache_directory is None:
-            tell(0.0, "compiling the kernels of nets")
-            compile_net_kernels()
-            tell(0.4, "compiling the kernels of folds")
-            compile_fold_kernels()
-        else:
-            tell(0.0, "compiling the kernels of nets and folds")
-            child = _start_child(cache_directory.parent)
-            try:
-                compile_net_kernels()
-                tell(0.5, "compiling the kernels of folds")
-                if child is not None:
-                    child.wait(CHILD_TIMEOUT_S)
-            except subprocess.TimeoutExpired:
-                pass
-            finally:
-                if child is not None and child.poll() is None:
-                    child.kill()
-                    child.wait()
-            compile_fold_kernels()  # loads what the child has compiled, or compiles it
+    if cache_directory is not None:
+        _compile_in_children(cache_directory.parent, tell)
+    if not kernels_are_cached():
+        with _no_collection():
+            for number, (part, compile_part) in enumerate(PARTS.items()):
+                tell(number / len(PARTS), f"compiling the kernels of {part}")
+                compile_part()
     tell(1.0, "kernels are ready")
 
 
@@ -87,19 +85,16 @@ def compile_net_kernels() -> None:
     """Call every kernel of nets once, on a tetrahedron."""
     from planner._kernels import search_kernels
     from planner._kernels.base_kernels import packed_paths
+    from planner._kernels.shadow_kernels import WORDS
     from planner.blooming_trees import blooming_tree
     from planner.dual_graph import DualGraph
     from planner.flat_layout import FlatLayout
-    from planner.fold_plan import MachineLimits
-    from planner.fold_problem import FoldProblem
     from planner.goal_mesh import GoalMesh
     from planner.nearly_blooming import restore
     from planner.no_goods import PathFinder
-    from planner.own_sight import OwnSight
+    from planner.own_sight import HEADINGS, OwnSight
 
-    points = np.array([[0.0, 0.0, 0.0], [20.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 20.0]])
-    faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
-    goal = GoalMesh(points, faces, "tetrahedron")
+    goal = GoalMesh(_POINTS, np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]), "tetrahedron")
     graph = DualGraph(goal)
     layout = FlatLayout(graph, blooming_tree(graph, 0), 0)
     pairs = np.zeros((4, 2), dtype=np.int64)
@@ -112,7 +107,10 @@ def compile_net_kernels() -> None:
     PathFinder(graph).short(2, 10)
     restore(layout, layout.tree, False)
     packed_paths(layout.arrays, pairs, 0)
-    table = OwnSight(FoldProblem(goal, np.full((4, 3), 0.1), MachineLimits()))
+    # the table itself is worked out with the folds: the same kernels look past faces there
+    creases = 2 * len(graph.faces)
+    nothing = np.full((creases, 4), -1, dtype=np.int32), np.zeros((creases, HEADINGS, WORDS), dtype=np.uint64)
+    table = OwnSight(_problem(goal), nothing)
     rng = np.random.default_rng(0)
     table.cost(layout, 0.0)
     table.exchange(layout.copy(), 0.0, np.flatnonzero(layout.tree), 1.0, 1, rng)
@@ -120,15 +118,14 @@ def compile_net_kernels() -> None:
 
 
 def compile_fold_kernels() -> None:
-    """Call every kernel of folds once, on two triangles."""
-    from planner.fold_plan import MachineLimits
-    from planner.fold_problem import FlatTree, FoldProblem
+    """Call every kernel of folds once, on two triangles, and those that work out what hides what."""
+    from planner.fold_problem import FlatTree
     from planner.fold_state import FoldState, beams_of_side
     from planner.goal_mesh import GoalMesh
     from planner.hold_gap import hold_gap
+    from planner.own_sight import OwnSight
     from planner.sheet_hits import sheet_hits
 
-    points = np.array([[0.0, 0.0, 0.0], [20.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 20.0]])
     tree = FlatTree(
         base=0,
         parent=np.array([-1, 0]),
@@ -138,12 +135,20 @@ def compile_fold_kernels() -> None:
         target=np.array([0.0, np.pi / 2]),
         axis=np.array([1.0, 0.0]),
     )
-    goal = GoalMesh(points, np.array([[0, 1, 2], [1, 0, 3]]), "two triangles")
-    problem = FoldProblem(goal, np.full((2, 3), 0.1), MachineLimits())
+    problem = _problem(GoalMesh(_POINTS, np.array([[0, 1, 2], [1, 0, 3]]), "two triangles"))
     result = problem.fold(tree)
     sheet_hits(tree, result, problem, problem.solids(tree))
     hold_gap(tree, result, problem)
     FoldState(problem, tree).reach(1, beams_of_side(0.1, top=True))
+    OwnSight(problem)
+
+
+def _problem(goal: GoalMesh) -> FoldProblem:
+    """How to fold a goal, with limits that do not matter."""
+    from planner.fold_plan import MachineLimits
+    from planner.fold_problem import FoldProblem
+
+    return FoldProblem(goal, np.full((len(goal.faces), 3), 0.1), MachineLimits())
 
 
 def _load_kernels() -> None:
@@ -164,17 +169,42 @@ def _no_collection() -> Iterator[None]:
             gc.enable()
 
 
-def _start_child(cache_parent: Path) -> subprocess.Popen[bytes] | None:
-    """Start the compilation of the folds in a process of its own; None if that is impossible here."""
+def _compile_in_children(cache_parent: Path, tell: Callable[[float, str], None]) -> None:
+    """Compile every part in a process of its own and wait for them; what goes wrong there is left undone."""
+    from planner._kernels.compiled import KERNELS, kernel_is_cached
+
+    children = [child for part in PARTS if (child := _start_child(part, cache_parent)) is not None]
+    until = time.monotonic() + CHILD_TIMEOUT_S
+    try:
+        while (running := [child for child in children if child.poll() is None]) and time.monotonic() < until:
+            share = sum(map(kernel_is_cached, KERNELS)) / len(KERNELS)
+            tell(share, "compiling the kernels of " + " and ".join(PARTS))
+            with suppress(subprocess.TimeoutExpired):
+                running[0].wait(LOOK_AGAIN_S)
+    finally:
+        for child in children:
+            if child.poll() is None:
+                child.kill()
+                child.wait()
+
+
+def _start_child(part: str, cache_parent: Path) -> subprocess.Popen[bytes] | None:
+    """Start the compilation of a part in a process of its own; None if that is impossible here."""
     root = str(Path(__file__).parent.parent)
     paths = [root, *filter(None, [os.environ.get("PYTHONPATH")])]
-    # the time to run does not depend on the level, the time to compile does
-    settings = {"PYTHONPATH": os.pathsep.join(paths), "NUMBA_CACHE_DIR": str(cache_parent), "NUMBA_OPT": "1"}
+    settings = {
+        "PYTHONPATH": os.pathsep.join(paths),
+        "NUMBA_CACHE_DIR": str(cache_parent),
+        # the time to run does not depend on the level, the time to compile does
+        "NUMBA_OPT": "1",
+        # numba writes, and would colour, messages of all that it tries in vain
+        "NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING": "1",
+    }
     if not sys.executable or getattr(sys, "frozen", False):
         return None
     try:
-        return subprocess.Popen(
-            [sys.executable, "-P", "-m", "planner.warm_up"],
+        return subprocess.Popen(  # noqa: S603 - this program
+            [sys.executable, "-P", "-m", "planner.warm_up", part],
             env={**os.environ, **settings},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
@@ -184,6 +214,10 @@ def _start_child(cache_parent: Path) -> subprocess.Popen[bytes] | None:
         return None
 
 
+PARTS: dict[str, Callable[[], None]] = {"nets": compile_net_kernels, "folds": compile_fold_kernels}
+"""What is compiled side by side; both take about as long."""
+
+
 if __name__ == "__main__":
     gc.disable()
-    compile_fold_kernels()
+    PARTS[sys.argv[1]]()

@@ -19,6 +19,7 @@ from typing import Any
 
 import llvmlite.binding
 import numba
+from numba.types import unliteral
 
 __all__ = ["KERNELS", "cache_directory", "entry", "find_cache_directory", "inner", "kernel_is_cached"]
 
@@ -110,6 +111,17 @@ def _compiled(*, keep: bool, **options: Any) -> Callable[[Callable[..., Any]], A
     return decorate
 
 
+def _one_for_all_literals(kernel: Any) -> Any:
+    """Let kernels that call ``kernel`` share one version of it: numba compiles one for each literal otherwise."""
+    template = kernel.get_call_template
+
+    def get_call_template(args: tuple[Any, ...], kws: dict[str, Any]) -> Any:
+        return template(tuple(map(unliteral, args)), {name: unliteral(kind) for name, kind in kws.items()})
+
+    kernel.get_call_template = get_call_template
+    return kernel
+
+
 # wrappers that nobody calls cost time to compile
 _inner = _compiled(keep=False, no_cfunc_wrapper=True, no_cpython_wrapper=True)
 _entry = _compiled(keep=True, no_cfunc_wrapper=True)
@@ -117,12 +129,12 @@ _entry = _compiled(keep=True, no_cfunc_wrapper=True)
 
 def inner(function: Callable[..., Any]) -> Any:
     """Compile a kernel that is called by kernels only."""
-    return _inner(function)
+    return _one_for_all_literals(_inner(function))
 
 
 def entry(function: Callable[..., Any]) -> Any:
     """Compile a kernel that is called from Python (and from kernels)."""
-    kernel = _entry(function)
+    kernel = _one_for_all_literals(_entry(function))
     KERNELS.append(kernel)
     return kernel
 

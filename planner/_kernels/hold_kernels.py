@@ -229,10 +229,15 @@ def hold_gap(  # type: ignore[no-untyped-def]
         number of cells; -1 if the net leaves no way, or there is nothing to start from
     """
     n = len(corners)
-    flat = corners.reshape(-1, 2)
-    x0, y0 = flat[:, 0].min() - room - 2.0 * cell, flat[:, 1].min() - room - 2.0 * cell
-    rows = int((flat[:, 0].max() + room - x0) / cell) + 3
-    columns = int((flat[:, 1].max() + room - y0) / cell) + 3
+    solids = np.zeros((n, 3, 3))
+    x0, y0, x1, y1 = np.inf, np.inf, -np.inf, -np.inf
+    for f in range(n):
+        for k in range(3):
+            x, y = corners[f, k, 0], corners[f, k, 1]
+            solids[f, k, 0], solids[f, k, 1] = x, y
+            x0, y0, x1, y1 = min(x0, x), min(y0, y), max(x1, x), max(y1, y)
+    x0, y0 = x0 - room - 2.0 * cell, y0 - room - 2.0 * cell
+    rows, columns = int((x1 + room - x0) / cell) + 3, int((y1 + room - y0) / cell) + 3
     cells = np.zeros((rows, columns), np.int8)
     for i in range(rows):
         for j in range(columns):
@@ -265,8 +270,6 @@ def hold_gap(  # type: ignore[no-untyped-def]
                     count += 1
     if count == 0 and len(mouths) == 0:
         return -1
-    solids = np.zeros((n, 3, 3))
-    solids[:, :, :2] = corners
     angle, turned = np.zeros(n), np.empty((3, 3))
     for step in range(len(steps)):
         if steps[step, 0] != STEP_FOLD:
@@ -289,7 +292,9 @@ def hold_gap(  # type: ignore[no-untyped-def]
             # by less than half a turn nothing goes through the sheet that is on one side before and after
             if lowest < -LEVEL_MM and highest > LEVEL_MM:
                 _sweep(cells, solids[m], x0, y0, cell, hinges[f], turn)
-            solids[m] = turned
+            for k in range(3):
+                for d in range(3):
+                    solids[m, k, d] = turned[k, d]
     for m in range(len(mouths)):
         i, j = _way_out(cells, corners, x0, y0, cell, mouths[m])
         if i >= 0 and count < len(starts):

@@ -324,10 +324,11 @@ def anneal_own(s, table, axis, rng, moves, warm, cold, least, move_base, best_tr
             now = own_cost(s, table, axis[0], axis[1], masks, sums, trial_lost)
             if now <= bar:
                 cost = now
-                lost[:] = trial_lost
+                lost, trial_lost = trial_lost, lost
                 if cost < best:
                     best = cost
-                    best_tree[:] = s.edge[:, TREE] != 0
+                    for e in range(len(best_tree)):
+                        best_tree[e] = s.edge[e, TREE] != 0
                     out[0], out[1] = best, s.number[BASE]
                     out[2] = math.atan2(axis[1], axis[0]) - _base_heading(s)
                 if best <= SOLVED:

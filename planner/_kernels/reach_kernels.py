@@ -50,7 +50,9 @@ def farthest_view(  # type: ignore[no-untyped-def]
     ox, oy, ux, uy = hinge[0], hinge[1], hinge[2], hinge[3]
     mx, my = ox + 0.5 * length * ux, oy + 0.5 * length * uy
     upright = 0.0 if sign > 0.0 else math.pi
-    most_tilt = np.abs(fine).max()
+    most_tilt = 0.0
+    for tilt in fine:
+        most_tilt = max(most_tilt, abs(tilt))
     reach, view, tilted, who = 0.0, first, False, np.int64(-1)
     mark(moving_mask, members, True)
     witness = np.int64(-1)  # hid the crease last: the first to be looked at under the next tilt

@@ -290,14 +290,18 @@ def _kick(s: NetArrays, join: int, w: Ints, pairs: Ints, found: int, rng: Seeds)
 @inner
 def _keep(s: NetArrays, trees: Ints, poses: Floats) -> None:
     """Remember tree and layout."""
-    trees[:] = s.edge[:, TREE]
-    poses[:, :] = s.real[: len(poses), POSE : POSE + 4]
+    for e in range(len(trees)):
+        trees[e] = s.edge[e, TREE]
+    for f in range(len(poses)):
+        for k in range(4):
+            poses[f, k] = s.real[f, POSE + k]
 
 
 @inner
 def _take_back(s: NetArrays, trees: Ints, poses: Floats) -> None:
     """Put tree and layout back to what was remembered."""
-    s.edge[:, TREE] = trees
+    for e in range(len(trees)):
+        s.edge[e, TREE] = trees[e]
     for f in range(len(poses)):
         same = True
         for k in range(4):

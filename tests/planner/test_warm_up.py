@@ -63,10 +63,10 @@ def test_after_warm_up_nothing_is_left_to_compile(repository, tmp_path):
 
 def test_warm_up_tells_how_far_it_is_and_only_the_first_time(monkeypatch):
     told, called = [], []
-    monkeypatch.setattr(warm_up, "kernels_are_cached", lambda: bool(called))
-    monkeypatch.setattr(warm_up, "compile_net_kernels", lambda: called.append("nets"))
-    monkeypatch.setattr(warm_up, "compile_fold_kernels", lambda: called.append("folds"))
-    monkeypatch.setattr(warm_up, "_start_child", lambda parent: None)
+    monkeypatch.setattr(warm_up, "kernels_are_cached", lambda: len(called) == 2)
+    monkeypatch.setitem(warm_up.PARTS, "nets", lambda: called.append("nets"))
+    monkeypatch.setitem(warm_up.PARTS, "folds", lambda: called.append("folds"))
+    monkeypatch.setattr(warm_up, "_start_child", lambda part, parent: None)
     warm_up.warm_up(lambda share, text: told.append((share, text)))
     assert called == ["nets", "folds"]
     assert [share for share, _ in told] == sorted(share for share, _ in told)
