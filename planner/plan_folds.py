@@ -22,6 +22,7 @@ from planner.dual_graph import DualGraph
 from planner.errors import NetError, PlanError
 from planner.finalists import Finalist, NetOf, improve_on_sheet, on_its_sheet
 from planner.flat_layout import FlatLayout
+from planner.fold_bound import bound_notice
 from planner.fold_plan import FoldPlan, MachineLimits
 from planner.fold_problem import RULES, FoldProblem
 from planner.fold_search import (
@@ -119,6 +120,8 @@ def plan_folds(
         further = replace(further, evaluations=sys.maxsize, deadline=end, grace_s=grace_s)
         most_sheets = sys.maxsize
     found, trials, notices = _nets_to_fold(net, problem, settings, keep_net, tell)
+    if problem.use_sight:
+        notices += bound_notice(net.goal, limits)
     notices += tuple(
         f"rule {rule} is kept all the same: this planner cannot do without it"
         for rule in ALWAYS_KEPT
