@@ -26,6 +26,7 @@ class FirstBlockProblem(FoldProblem):
         after: NDArray[np.int64] | None = None,  # noqa: ARG002
         back: NDArray[np.float64] | None = None,  # noqa: ARG002
         give_up: float = np.inf,  # noqa: ARG002  one pass only
+        fine_sight: bool = False,  # noqa: ARG002  as coarse as a search
     ) -> FoldResult:
         """Fold ``tree`` to the first block; arguments as in ``FoldProblem.fold``."""
         states = OutsideInStates(self, tree, obstacles)

@@ -133,7 +133,7 @@ class Workbench:
             problem, back = self._changed(change)
             self.folds += 1
             self._known[change] = self._trial(
-                problem.fold(self.tree, obstacles=self.bodies, back=back),
+                problem.fold(self.tree, obstacles=self.bodies, back=back, fine_sight=True),
                 self.layout.crease,
                 self.tree.target,
             )

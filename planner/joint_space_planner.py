@@ -88,6 +88,7 @@ class MotionPlannerProblem(FoldProblem):
         after: NDArray[np.int64] | None = None,  # noqa: ARG002
         back: NDArray[np.float64] | None = None,  # noqa: ARG002
         give_up: float = np.inf,  # noqa: ARG002  the budget ends the search
+        fine_sight: bool = False,  # noqa: ARG002  as coarse as a search
     ) -> FoldResult:
         """Look for a way to the goal; arguments as in ``FoldProblem.fold``."""
         states = OutsideInStates(self, tree, obstacles)

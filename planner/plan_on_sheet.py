@@ -133,11 +133,11 @@ def fold_on_sheet(
     tree = tree_of_net(net)
     kept = np.flatnonzero(sheet.frame_faces)
     if "substrate" in without:
-        result = problem.fold(tree, after=after, back=back)
+        result = problem.fold(tree, after=after, back=back, fine_sight=True)
         return SheetFold(sheet, result, hold_base(net, sheet, problem.limits, ()), {}, kept)
     for turn in range(MOST_PLANS):
         bodies = sheet_solids(sheet, problem.limits.thickness)
-        result = problem.fold(tree, obstacles=bodies[kept], after=after, back=back)
+        result = problem.fold(tree, obstacles=bodies[kept], after=after, back=back, fine_sight=True)
         folded = _held(net, sheet, kept, tree, result, problem)
         if folded.hold.needed and turn == 0:
             folded = _on_divided_sheet(net, folded, tree, problem)

@@ -79,7 +79,7 @@ def add_step(steps, used, kind, which, angle):  # type: ignore[no-untyped-def]
 def fold_greedily(  # type: ignore[no-untyped-def]
     parent, preorder, first, last, hinges, lengths, target, rank, after, lever,
     solids, centres, radii, sharp, present, flat, panel, faces,
-    rotary, fine, grazes, ex, ey, head, hidden_max, margin, use_contact, use_sight, retry, give_up, size,
+    rotary, fine, grazes, ex, ey, head, hidden_max, substeps, margin, use_contact, use_sight, retry, give_up, size,
 ):  # fmt: skip
     """Fold a net as far as it goes.
 
@@ -103,6 +103,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         ex, ey: direction of the rotary axis in the plane of the net.
         head: where the light comes from, see ``beam_kernels``.
         hidden_max: sight rule.
+        substeps: how finely sight is sampled, see ``sight_limit``.
         margin: angle kept before a contact.
         use_contact, use_sight: rules that are on.
         retry: also try conceded creases again while the way to the base is flat.
@@ -252,7 +253,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                             seen, by = sight_limit(
                                 panel[f], panel[parent[f]], panel, moving_mask, flat, solids, centres, radii,
                                 present, ox, oy, ux, uy, lengths[f], sign, wanted, beams[r],
-                                hidden_max, intervals, turned, False,
+                                hidden_max, intervals, turned, substeps, False,
                             )  # fmt: skip
                             mark(moving_mask, members, False)
                         sight_time[f, r] = -1
@@ -321,7 +322,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                 reach, view, tilted, by = farthest_view(
                     f, parent[f], members, moving_mask, panel, flat, solids, centres, radii, present,
                     hinges[f], lengths[f], sign, abs(angle[f]), free, rotary[best_option], fine, grazes,
-                    ex, ey, head, hidden_max, aimed, intervals, turned,
+                    ex, ey, head, hidden_max, substeps, aimed, intervals, turned,
                 )  # fmt: skip
                 if reach < free:
                     why, who = BY_SIGHT, f if by < 0 else by

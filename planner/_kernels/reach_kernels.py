@@ -24,7 +24,8 @@ def mark(mask, members, value):  # type: ignore[no-untyped-def]
 @inner
 def farthest_view(  # type: ignore[no-untyped-def]
     face, parent, members, moving_mask, panel, flat, solids, centres, radii, present,
-    hinge, length, sign, now, free, first, fine, grazes, ex, ey, head, hidden_max, aimed, intervals, turned,
+    hinge, length, sign, now, free, first, fine, grazes, ex, ey, head, hidden_max, substeps, aimed,
+    intervals, turned,
 ):  # fmt: skip
     """The tilt under which a crease is seen farthest of those that are tried.
 
@@ -40,7 +41,7 @@ def farthest_view(  # type: ignore[no-untyped-def]
         fine: (L,) tilts that are tried.
         grazes: (G,) angles: tilts are tried as well along the face as it stands so much before the end of the
             turn. A slit that closes is lit longest along the closing face.
-        ex, ey, head, hidden_max: as in ``fold_greedily``.
+        ex, ey, head, hidden_max, substeps: as in ``fold_greedily``.
         aimed, intervals, turned: work space.
 
     Returns:
@@ -91,7 +92,8 @@ def farthest_view(  # type: ignore[no-untyped-def]
                 continue
         seen, by = sight_limit(
             panel[face], panel[parent], panel, moving_mask, flat, solids, centres, radii, present,
-            ox, oy, ux, uy, length, sign, allowed, aimed, hidden_max, intervals, turned, True,
+            ox, oy, ux, uy, length, sign, allowed, aimed, hidden_max, intervals, turned,
+            substeps, True,
         )  # fmt: skip
         if by >= 0:
             witness = by

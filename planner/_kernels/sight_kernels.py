@@ -11,7 +11,8 @@ from planner._kernels.compiled import inner
 from planner._kernels.cover_kernels import covered_interval, union_share
 
 SIGHT_STEP_RAD = math.radians(5.0)
-SIGHT_SUBSTEPS = 3
+SIGHT_SUBSTEPS, FINE_SUBSTEPS = 3, 20
+"""Samples in each step of SIGHT_STEP_RAD: while nets are searched, and for the plan of a net on its sheet."""
 REFINED_RAD = math.radians(0.05)
 SLACK_MM = 1e-3
 """What bounds are widened by against rounding."""
@@ -246,11 +247,11 @@ def hidden_share(  # type: ignore[no-untyped-def]
 @inner
 def sight_limit(  # type: ignore[no-untyped-def]
     panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
-    ox, oy, ux, uy, length, sign, limit, beam, hidden_max, intervals, turned, refine,
+    ox, oy, ux, uy, length, sign, limit, beam, hidden_max, intervals, turned, substeps, refine,
 ):  # fmt: skip
     """Largest angle up to which the crease stays in sight; -1 if it is hidden at the start.
 
-    Samples every SIGHT_STEP_RAD / SIGHT_SUBSTEPS or finer, in coarse steps first: most failures show there.
+    Samples every SIGHT_STEP_RAD / ``substeps`` or finer, in coarse steps first: most failures show there.
     With ``refine`` the end is then found to within REFINED_RAD.
 
     Returns:
@@ -265,12 +266,12 @@ def sight_limit(  # type: ignore[no-untyped-def]
     if listed == 0:
         return limit, -1
     still = intervals[:listed].copy()
-    count = SIGHT_SUBSTEPS * max(1, math.ceil(limit / SIGHT_STEP_RAD - 1e-9))
+    count = substeps * max(1, math.ceil(limit / SIGHT_STEP_RAD - 1e-9))
     end, by = count, -1  # the first sample known to be hidden is end + 1
     for coarse in (True, False):
         k = 0
         while k <= end:
-            if coarse == (k % SIGHT_SUBSTEPS == 0):
+            if coarse == (k % substeps == 0):
                 share, who, _ = watched_share(
                     listed, which, slab, still, solids, centres, radii,
                     ox, oy, ux, uy, length, sign, limit * k / count, beam, intervals, turned,

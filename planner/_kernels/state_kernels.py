@@ -8,7 +8,7 @@ from planner._kernels.beam_kernels import BEAM_SIZE, OVERHANG_RAD, aim, lean
 from planner._kernels.compiled import entry
 from planner._kernels.contact_kernels import turn_contact
 from planner._kernels.plan_kernels import BY_CONTACT, BY_SIGHT, NOT_BLOCKED, turn_solids
-from planner._kernels.sight_kernels import sight_limit
+from planner._kernels.sight_kernels import SIGHT_SUBSTEPS, sight_limit
 
 
 @entry
@@ -84,7 +84,7 @@ def turn_reach(  # type: ignore[no-untyped-def]
         if limit > best:
             seen, by = sight_limit(
                 panel[face], panel[parent], panel, moving_mask, flat, solids, centres, radii, present,
-                ox, oy, ux, uy, length, sign, limit, beam, hidden_max, intervals, turned, True,
+                ox, oy, ux, uy, length, sign, limit, beam, hidden_max, intervals, turned, SIGHT_SUBSTEPS, True,
             )  # fmt: skip
             if seen > best:
                 best, best_option, best_by = seen, r, by

@@ -6,7 +6,7 @@ import numpy as np
 
 from planner._kernels.beam_kernels import BEAM_SIZE, OVERHANG_RAD, aim, lean
 from planner._kernels.compiled import entry
-from planner._kernels.sight_kernels import REFINED_RAD, hidden_share, sight_limit
+from planner._kernels.sight_kernels import FINE_SUBSTEPS, REFINED_RAD, hidden_share, sight_limit
 
 NOBODY, OWN_FLAP = -1, -2
 
@@ -43,7 +43,7 @@ def seen_to(  # type: ignore[no-untyped-def]
         allowed = min(own, wanted)
         seen, by = sight_limit(
             panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
-            ox, oy, ux, uy, length, sign, allowed, beam, hidden_max, intervals, turned, True,
+            ox, oy, ux, uy, length, sign, allowed, beam, hidden_max, intervals, turned, FINE_SUBSTEPS, True,
         )  # fmt: skip
         if by < 0:
             out[b, 0], out[b, 1], out[b, 2] = allowed, 0.0, NOBODY

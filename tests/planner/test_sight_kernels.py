@@ -9,6 +9,7 @@ from numba import njit
 from planner._kernels.beam_kernels import BEAM_SIZE, aim, lean
 from planner._kernels.cover_kernels import END_SHARE, covered_interval, union_share
 from planner._kernels.sight_kernels import (
+    FINE_SUBSTEPS,
     REFINED_RAD,
     SIGHT_STEP_RAD,
     SIGHT_SUBSTEPS,
@@ -181,13 +182,15 @@ def test_face_may_lean_until_it_stands_along_the_beam():
 
 
 @njit
-def limit_of(panel, moving, flat, solids, centres, radii, crease, sign, limit, beam, hidden_max, refine):
+def limit_of(
+    panel, moving, flat, solids, centres, radii, crease, sign, limit, beam, hidden_max, substeps, refine
+):
     intervals, turned = np.empty((len(solids), 2)), np.empty((3, 3))
     present = np.ones(len(solids), np.bool_)
     return sight_limit(
         0, 1, panel, moving, flat, solids, centres, radii, present,
         crease[0], crease[1], crease[2], crease[3], crease[4], sign, limit, beam, hidden_max,
-        intervals, turned, refine,
+        intervals, turned, substeps, refine,
     )  # fmt: skip
 
 
@@ -229,15 +232,15 @@ def plain_share(panel, moving, flat, solids, crease, sign, angle, beam):
     return union_share(intervals, count), who, worst
 
 
-def plain_limit(panel, moving, flat, solids, crease, sign, limit, beam, hidden_max, refine):
+def plain_limit(panel, moving, flat, solids, crease, sign, limit, beam, hidden_max, substeps, refine):
     """The samples of ``sight_limit``, one after the other."""
-    count = SIGHT_SUBSTEPS * max(1, math.ceil(limit / SIGHT_STEP_RAD - 1e-9))
+    count = substeps * max(1, math.ceil(limit / SIGHT_STEP_RAD - 1e-9))
     looks = [
         plain_share(panel, moving, flat, solids, crease, sign, limit * k / count, beam)
         for k in range(count + 1)
     ]
     hidden = [k for k in range(count + 1) if looks[k][0] > hidden_max]
-    coarse = [k for k in hidden if k % SIGHT_SUBSTEPS == 0]
+    coarse = [k for k in hidden if k % substeps == 0]
     if not hidden:
         return limit, -1
     # a fine sample beyond the first coarse failure is never looked at
@@ -295,11 +298,37 @@ def test_what_is_left_out_hides_nothing(source):
             assert found == plain_share(panel, moving, flat, solids, crease, sign, angle, beam)
         for refine in (False, True):
             hidden_max = float(rng.choice([0.05, 0.3, 0.7]))
+            substeps = int(rng.choice([SIGHT_SUBSTEPS, FINE_SUBSTEPS]))
             found = limit_of(
-                panel, moving, flat, solids, centres, radii, crease, sign, limit, beam, hidden_max, refine
-            )
+                panel, moving, flat, solids, centres, radii, crease, sign, limit, beam, hidden_max, substeps,
+                refine,
+            )  # fmt: skip
             assert found == plain_limit(
-                panel, moving, flat, solids, crease, sign, limit, beam, hidden_max, refine
+                panel, moving, flat, solids, crease, sign, limit, beam, hidden_max, substeps, refine
             )
             partly += 0.0 < found[0] < limit
     assert partly > 100
+
+
+def test_what_passes_over_a_crease_between_two_coarse_samples_is_seen_by_the_fine_ones():
+    """A thin blade 5 mm over the crease, that hides it while it turns from 20.3 to 21 degrees, no longer."""
+    crease = np.array([0.0, 0.0, 1.0, 0.0, 4.0])
+    blade = np.array([[-1.0, 0.0], [5.0, 0.0], [2.0, math.radians(0.7)]])
+    from_upright = math.radians(20.3) + blade[:, 1]
+    corners = np.column_stack([blade[:, 0], 5.0 * np.sin(from_upright), 5.0 * np.cos(from_upright)])
+    solids = np.zeros((1, 12, 3))
+    solids[0] = corners.mean(axis=0)
+    solids[0, 9:12] = corners
+    centres, radii = corners.mean(axis=0)[None], np.array([5.0])
+    panel, moving, flat = np.array([5]), np.array([True]), np.array([False])
+
+    def seen(substeps):
+        return limit_of(
+            panel, moving, flat, solids, centres, radii, crease, 1.0, math.radians(60.0), beam_at(0.0), 0.05,
+            substeps, True,
+        )  # fmt: skip
+
+    assert seen(SIGHT_SUBSTEPS) == (math.radians(60.0), -1)
+    angle, by = seen(FINE_SUBSTEPS)
+    assert by == 0
+    assert math.radians(20.3 - 0.1) <= angle <= math.radians(21.0)
