@@ -151,7 +151,17 @@ class DualGraph:
     @cached_property
     def flat_forest(self) -> NDArray[np.bool_]:
         """(M,) flat edges that every net keeps: a spanning forest of the panels, longest edges first."""
+        flat = np.flatnonzero(self.flat)
         chosen = np.zeros(len(self.faces), dtype=np.bool_)
+        chosen[self.forest(flat[np.lexsort((flat, -self.length[flat].round(9)))])] = True
+        return frozen_array(chosen, np.bool_, (None,))
+
+    def forest(self, edges: NDArray[np.int64]) -> NDArray[np.int64]:
+        """(K,) those of ``edges`` whose faces the edges before do not join yet: a spanning forest.
+
+        Source: Kruskal, On the shortest spanning subtree of a graph (1956): the forest weighs least if the
+        edges come in the order of their weights.
+        """
         parent = list(range(len(self.goal.faces)))
 
         def root(face: int) -> int:
@@ -160,13 +170,13 @@ class DualGraph:
                 face = parent[face]
             return face
 
-        flat = np.flatnonzero(self.flat)
-        for edge in flat[np.lexsort((flat, -self.length[flat].round(9)))].tolist():
-            one, other = root(int(self.faces[edge, 0])), root(int(self.faces[edge, 1]))
+        taken = []
+        for edge in edges.tolist():
+            one, other = (root(face) for face in self.faces[edge].tolist())
             if one != other:
                 parent[one] = other
-                chosen[edge] = True
-        return frozen_array(chosen, np.bool_, (None,))
+                taken.append(edge)
+        return np.array(taken, dtype=np.int64)
 
     @cached_property
     def has_rings(self) -> bool:

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner.dual_graph import DualGraph
 from planner.fold_orders import steepest_fold
@@ -45,7 +44,7 @@ def most_completion(goal: GoalMesh, limits: MachineLimits) -> float:
     missing = np.maximum(0.0, wanted - steepest_fold(limits))
     share = 1.0
     while True:
-        tree = _least_tree(missing - share * wanted, graph.faces, len(goal.faces))
+        tree = graph.forest(np.argsort(missing - share * wanted, kind="stable"))
         folded = wanted[tree].sum()
         now = float(missing[tree].sum() / folded) if folded > 0.0 else 0.0
         if now >= share - SAME:
@@ -63,22 +62,3 @@ def bound_notice(goal: GoalMesh, limits: MachineLimits) -> tuple[str, ...]:
         f"the beam sees no crease fold beyond {steepest:.0f}°, and this shape is sharper in too many places: "
         f"no net of it folds further than {most:.1%}; a rig that tilts further helps",
     )
-
-
-def _least_tree(weight: NDArray[np.float64], ends: NDArray[np.int64], count: int) -> NDArray[np.int64]:
-    """Edges of a spanning tree (a forest if the goal has parts) of least weight, by Kruskal's algorithm."""
-    parent = list(range(count))
-
-    def root(face: int) -> int:
-        while parent[face] != face:
-            parent[face] = parent[parent[face]]
-            face = parent[face]
-        return face
-
-    taken = []
-    for edge in np.argsort(weight, kind="stable").tolist():
-        a, b = root(int(ends[edge, 0])), root(int(ends[edge, 1]))
-        if a != b:
-            parent[a] = b
-            taken.append(edge)
-    return np.array(taken, dtype=np.int64)
