@@ -9,7 +9,6 @@ milliseconds, and most nets fail by it.
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 
 from planner.dual_graph import DualGraph
 from planner.flat_layout import LEAST_TAB_EDGE_MM, FlatLayout
-from planner.processors import processors
+from planner.processors import processors, side_by_side
 
 if TYPE_CHECKING:
     from planner.fold_problem import FoldProblem
@@ -85,8 +84,8 @@ class OwnSight:
 
         goal, limits = problem.goal, problem.limits
         graph = DualGraph(goal)
-        creases, lengths, angles = _creases(problem, graph)
-        rows, bits = hiding or _hiding(problem, graph)
+        creases, lengths, angles = lines = _creases(problem, graph)
+        rows, bits = hiding or _hiding(problem, graph, *lines)
         corners = problem.corners_3d
         double = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         load = limits.weight_n_mm2 / limits.plastic_moment_n
@@ -205,13 +204,18 @@ def _steep(problem: FoldProblem) -> float:
     return math.tan(problem.limits.max_tilt_rad)
 
 
-def _hiding(problem: FoldProblem, graph: DualGraph) -> tuple[NDArray[np.int32], NDArray[np.uint64]]:
-    """Rows and bits of the table."""
+def _hiding(
+    problem: FoldProblem,
+    graph: DualGraph,
+    creases: NDArray[np.float64],
+    lengths: NDArray[np.float64],
+    angles: NDArray[np.float64],
+) -> tuple[NDArray[np.int32], NDArray[np.uint64]]:
+    """Rows and bits of the table, from what ``_creases`` gives."""
     from planner._kernels.shadow_kernels import WORDS, hidden_bits, hiding_pairs
     from planner.fold_problem import SIGHT_RESERVE
 
     limits = problem.limits
-    creases, lengths, angles = _creases(problem, graph)
     corners = np.ascontiguousarray(problem.corners_3d)
     child, parent = graph.faces.ravel(), graph.faces[:, ::-1].ravel()
     panels = np.zeros((len(corners) + len(child), 2), dtype=np.int64)
@@ -233,6 +237,5 @@ def _hiding(problem: FoldProblem, graph: DualGraph) -> tuple[NDArray[np.int32], 
             problem.hidden_max * SIGHT_RESERVE, steep, wide, parts[part], parts[part + 1], bits,
         )  # fmt: skip
 
-    with ThreadPoolExecutor(len(parts) - 1) as pool:
-        list(pool.map(fill, range(len(parts) - 1)))
+    list(side_by_side(fill, range(len(parts) - 1)))
     return rows, bits

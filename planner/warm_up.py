@@ -107,7 +107,7 @@ def compile_net_kernels() -> None:
     PathFinder(graph).short(2, 10)
     restore(layout, layout.tree, False)
     packed_paths(layout.arrays, pairs, 0)
-    # the table itself is worked out with the folds: the same kernels look past faces there
+    # an empty table: the kernels that work one out are compiled with those of the folds, which share theirs
     creases = 2 * len(graph.faces)
     nothing = np.full((creases, 4), -1, dtype=np.int32), np.zeros((creases, HEADINGS, WORDS), dtype=np.uint64)
     table = OwnSight(_problem(goal), nothing)

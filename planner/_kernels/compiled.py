@@ -3,6 +3,9 @@
 Numba keys its cache by the source file of a function, so it does not notice when a function in another file, which
 was compiled into it, has changed. Here the machine code of all kernels lies in one directory whose name is a hash
 over all kernel sources and whatever else it depends on: after an upgrade or an edit it starts empty.
+
+Kernels copy arrays by loops: for an assignment of one array to another numba also compiles the writing of the
+message of the error that it might raise, which takes one to two seconds.
 """
 
 from __future__ import annotations
@@ -94,23 +97,6 @@ cache_directory = find_cache_directory()
 """Where this process finds and leaves machine code; None if it compiles for itself only."""
 
 
-def _compiled(*, keep: bool, **options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """A decorator that compiles a function on its first call; ``keep``: and leaves it in ``cache_directory``."""
-
-    def decorate(function: Callable[..., Any]) -> Any:
-        before = numba.config.CACHE_DIR
-        if cache_directory is not None:
-            numba.config.CACHE_DIR = str(cache_directory)  # read while the decorator runs
-        try:
-            return numba.njit(
-                cache=keep and cache_directory is not None, error_model="numpy", nogil=True, **options
-            )(function)
-        finally:
-            numba.config.CACHE_DIR = before
-
-    return decorate
-
-
 def _one_for_all_literals(kernel: Any) -> Any:
     """Let kernels that call ``kernel`` share one version of it: numba compiles one for each literal otherwise."""
     template = kernel.get_call_template
@@ -122,6 +108,24 @@ def _one_for_all_literals(kernel: Any) -> Any:
     return kernel
 
 
+def _compiled(*, keep: bool, **options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """A decorator that compiles a function on its first call; ``keep``: and leaves it in ``cache_directory``."""
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        before = numba.config.CACHE_DIR
+        if cache_directory is not None:
+            numba.config.CACHE_DIR = str(cache_directory)  # read while the decorator runs
+        try:
+            kernel = numba.njit(
+                cache=keep and cache_directory is not None, error_model="numpy", nogil=True, **options
+            )(function)
+            return _one_for_all_literals(kernel)
+        finally:
+            numba.config.CACHE_DIR = before
+
+    return decorate
+
+
 # wrappers that nobody calls cost time to compile
 _inner = _compiled(keep=False, no_cfunc_wrapper=True, no_cpython_wrapper=True)
 _entry = _compiled(keep=True, no_cfunc_wrapper=True)
@@ -129,12 +133,12 @@ _entry = _compiled(keep=True, no_cfunc_wrapper=True)
 
 def inner(function: Callable[..., Any]) -> Any:
     """Compile a kernel that is called by kernels only."""
-    return _one_for_all_literals(_inner(function))
+    return _inner(function)
 
 
 def entry(function: Callable[..., Any]) -> Any:
     """Compile a kernel that is called from Python (and from kernels)."""
-    kernel = _one_for_all_literals(_entry(function))
+    kernel = _entry(function)
     KERNELS.append(kernel)
     return kernel
 

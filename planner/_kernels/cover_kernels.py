@@ -78,10 +78,8 @@ def covered_interval(tri, ax, ay, bx, by, beam, thin, out):  # type: ignore[no-u
             if abs(slope) < 1e-12:
                 if rest < 0.0:
                     return False
-            elif slope > 0.0:
-                lo = max(lo, -rest / slope)
             else:
-                hi = min(hi, -rest / slope)
+                lo, hi = _not_negative(rest, slope, lo, hi)
         if lo >= hi:
             return False
         # height over the segment is linear in s: keep the part where it is above the crease
@@ -91,14 +89,19 @@ def covered_interval(tri, ax, ay, bx, by, beam, thin, out):  # type: ignore[no-u
         if abs(grade) * length < 1e-12:
             if at_zero <= 0.0:
                 return False
-        elif grade > 0.0:
-            lo = max(lo, -at_zero / grade)
         else:
-            hi = min(hi, -at_zero / grade)
+            lo, hi = _not_negative(at_zero, grade, lo, hi)
     if lo >= hi:
         return False
     out[0], out[1] = lo / length, hi / length
     return True
+
+
+@inner
+def _not_negative(at_zero, slope, lo, hi):  # type: ignore[no-untyped-def]
+    """The part of the interval from ``lo`` to ``hi`` in which ``at_zero + slope * s`` is not; slope is not 0."""
+    root = -at_zero / slope
+    return (max(lo, root), hi) if slope > 0.0 else (lo, min(hi, root))
 
 
 @inner
