@@ -59,6 +59,6 @@ def bound_notice(goal: GoalMesh, limits: MachineLimits) -> tuple[str, ...]:
         return ()
     steepest = math.degrees(steepest_fold(limits))
     return (
-        f"the beam sees no crease fold beyond {steepest:.0f}°, and this shape is sharper in too many places: "
-        f"no net of it folds further than {most:.1%}; a rig that tilts further helps",
+        f"the beam sees no crease fold beyond {steepest:.1f}°, and this shape is sharper in too many places: "
+        f"no net of it folds further than {100.0 * most:.1f} %; a rig that tilts further helps",
     )
