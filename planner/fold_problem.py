@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
@@ -38,6 +39,9 @@ BY_ORDER, HELD_BACK = 3, 4
 SIGHT_RESERVE = 0.5
 """Share of ``hidden_max`` that the planner uses: it looks every few degrees, and an independent check samples
 the crease, where short shadows together may cover more samples than their length is worth."""
+
+KNOWN_TURNS = 2**17
+"""Turns whose outcome a thread keeps, 40 bytes each: those of a few hundred nets."""
 
 GRAZES_DEG = (0.5, 0.8, 1.2, 2.0)
 """Tilts are also tried along the turning face as it stands so many degrees before its end: a closing slit is
@@ -175,6 +179,8 @@ class FoldProblem:
         self._double_area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
         mid_insets = plain_insets(self.corners_3d, limits.clearance)
         self.sharp = is_sharp(insets, mid_insets)
+        self.mouths: dict[bytes, NDArray[np.float64]] = {}  # see planner.hold_gap
+        self._of_thread = threading.local()
         # a net lays the faces flat unchanged, so the inset corners have the same barycentric weights in any
         self._inset_shares = np.concatenate(
             [_corner_shares(self.corners_3d, insets), _corner_shares(self.corners_3d, mid_insets)], axis=1
@@ -223,6 +229,18 @@ class FoldProblem:
             self.corners_3d[rows, (tree.slot + 1) % 3], self.centroids_3d,
         )  # fmt: skip
         return levers
+
+    def forget(self) -> None:
+        """Forget the turns worked out so far; what is folded afterwards comes out the same, but takes longer."""
+        self._of_thread = threading.local()
+
+    def _known(self) -> tuple[NDArray[np.uint64], NDArray[np.float64]]:
+        """(K,) keys and (K, 4) answers of the turns that this thread remembers, see ``known_kernels``."""
+        known: tuple[NDArray[np.uint64], NDArray[np.float64]] | None = getattr(self._of_thread, "known", None)
+        if known is None:
+            known = np.zeros(KNOWN_TURNS, dtype=np.uint64), np.zeros((KNOWN_TURNS, 4))
+            self._of_thread.known = known
+        return known
 
     def head(self, tree: FlatTree) -> NDArray[np.float64]:
         """(8,) where the light comes from, as ``beam_kernels`` wants it."""
@@ -281,7 +299,7 @@ class FoldProblem:
             self.rotary, self.fine, self.grazes, float(tree.axis[0]), float(tree.axis[1]), self.head(tree),
             self.hidden_max * SIGHT_RESERVE, FINE_SUBSTEPS if fine_sight else SIGHT_SUBSTEPS,
             CONTACT_MARGIN_RAD, self.use_contact, self.use_sight, True,
-            give_up, self.goal.longest_side_mm,
+            give_up, self.goal.longest_side_mm, self._known(),
         )  # fmt: skip
         if back is not None:
             held = (cause == 0) & (back > 0.0) & (wanted > 0.0)

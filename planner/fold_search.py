@@ -267,7 +267,10 @@ def search(
     lines: list[list[Candidate]] = [[] for _ in range(settings.chains)]
     rounds = 1
     if settings.deadline is not None:
-        judge(found[0].layout, problem, found[0].axis_rad)
+        problem.forget()
+        problem.fold(
+            found[0].tree
+        )  # takes about as long, of a net without any turn known, as a net in a chain
         one = (time.monotonic() - annealing) * settings.chains / min(settings.chains, processors())
         rounds = int((settings.deadline - annealing) / (ROUND_NETS * max(1e-4, one)))
         rounds = max(1, min(MOST_ROUNDS, rounds))

@@ -66,7 +66,7 @@ class OwnSight:
 
     Attributes:
         table: (D, F) row of the bits of each face (-1: it hides nothing) for each of the D = 2 M creases, an
-            edge with either of its faces as the child; (R + D, HEADINGS, words) bits of these rows, set where
+            edge with either of its faces as the child; (HEADINGS, R + D, words) bits of these rows, set where
             the crease is hidden, see ``shadow_kernels``, and those of the leaning child behind; rows of the
             creases, rows of the faces, and figures, see ``own_sight_kernels``.
     """
@@ -225,7 +225,7 @@ def _hiding(
     wide = radius + limits.beam_spread * 2.0 * problem.goal.longest_side_mm
     fractions = np.array(FRACTIONS)
     rows, used = hiding_pairs(corners, creases, lengths, angles, panels, fractions, steep, wide)
-    bits = np.zeros((int(used) + len(creases), HEADINGS, WORDS), dtype=np.uint64)
+    bits = np.zeros((HEADINGS, int(used) + len(creases), WORDS), dtype=np.uint64)
     tilts = limits.max_tilt_rad * np.array(TILT_SHARES)
     headings = math.pi * (np.arange(HEADINGS) + 0.5) / HEADINGS
     head = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, radius, limits.beam_spread])

@@ -109,7 +109,7 @@ def compile_net_kernels() -> None:
     packed_paths(layout.arrays, pairs, 0)
     # an empty table: the kernels that work one out are compiled with those of the folds, which share theirs
     creases = 2 * len(graph.faces)
-    nothing = np.full((creases, 4), -1, dtype=np.int32), np.zeros((creases, HEADINGS, WORDS), dtype=np.uint64)
+    nothing = np.full((creases, 4), -1, dtype=np.int32), np.zeros((HEADINGS, creases, WORDS), dtype=np.uint64)
     table = OwnSight(_problem(goal), nothing)
     rng = np.random.default_rng(0)
     table.cost(layout, 0.0)

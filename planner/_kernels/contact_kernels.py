@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from planner._kernels.compiled import entry, inner
+from planner._kernels.sector_kernels import is_far, sector, sectors_apart, to_axis_frame
 from planner._kernels.separation_kernels import LARGEST_TURN_RAD, plane_between
 
 INSIDE_MM = 1e-7
@@ -20,6 +21,9 @@ INSIDE_MM = 1e-7
 
 BLOCK, SUPER_BLOCK = 8, 64
 """Moving solids are looked at in blocks of so many, neighbours in the tree, if a block is near enough at all."""
+
+ROUNDING = 1e-12
+"""What the comparison of two cosines is widened by."""
 
 PRISM_EDGES = np.array([0, 1, 1, 2, 2, 0, 3, 4, 4, 5, 5, 3, 0, 3, 1, 4, 2, 5], dtype=np.int64)
 TRIANGLE_EDGES = np.array([0, 1, 1, 2, 2, 0], dtype=np.int64)
@@ -216,62 +220,6 @@ def triangles_meet(moving, still, limit, scratch):  # type: ignore[no-untyped-de
     return _edges_meet(moving, TRIANGLE_EDGES, still, TRIANGLE_EDGES, best, scratch)
 
 
-@inner
-def to_axis_frame(points, ox, oy, ux, uy, out):  # type: ignore[no-untyped-def]
-    """Points (K, 3) into the frame whose origin is (ox, oy, 0), x along (ux, uy, 0) and z up."""
-    for k in range(len(points)):
-        x, y = points[k, 0] - ox, points[k, 1] - oy
-        out[k, 0], out[k, 1], out[k, 2] = x * ux + y * uy, y * ux - x * uy, points[k, 2]
-
-
-@inner
-def sector(points, out):  # type: ignore[no-untyped-def]
-    """Bounds of a convex body (K, 3) about the x axis, into ``out``: x from, to, radius from, to, angle from, to.
-
-    The angles are (0, 2 pi) for a body that may contain the axis; else from < to, from in (-pi, pi].
-    """
-    x_lo, x_hi, r_hi = np.inf, -np.inf, 0.0
-    cy, cz = 0.0, 0.0
-    for k in range(len(points)):
-        x_lo, x_hi = min(x_lo, points[k, 0]), max(x_hi, points[k, 0])
-        r_hi = max(r_hi, points[k, 1] * points[k, 1] + points[k, 2] * points[k, 2])
-        cy += points[k, 1]
-        cz += points[k, 2]
-    size = math.sqrt(cy * cy + cz * cz)
-    out[0], out[1], out[2], out[3], out[4], out[5] = x_lo, x_hi, 0.0, math.sqrt(r_hi), 0.0, 2.0 * math.pi
-    if size < 1e-9:
-        return
-    cy, cz = cy / size, cz / size
-    r_lo, t_lo, t_hi = np.inf, np.inf, -np.inf
-    for k in range(len(points)):
-        along = points[k, 1] * cy + points[k, 2] * cz
-        across = points[k, 2] * cy - points[k, 1] * cz
-        r_lo = min(r_lo, along)
-        if along <= 1e-9:
-            return
-        t_lo, t_hi = min(t_lo, across / along), max(t_hi, across / along)
-    middle = math.atan2(cz, cy)
-    out[2], out[4], out[5] = r_lo, middle + math.atan(t_lo), middle + math.atan(t_hi)
-
-
-@inner
-def sectors_apart(moving, still, limit):  # type: ignore[no-untyped-def]
-    """True if a body with bounds ``moving``, turned by 0 to ``limit``, cannot meet one with bounds ``still``."""
-    if moving[0] > still[1] or still[0] > moving[1] or moving[2] > still[3] or still[2] > moving[3]:
-        return True
-    span = (moving[5] - moving[4]) + limit
-    gap = (still[4] - moving[4]) % (2.0 * math.pi)
-    return gap > span and gap + (still[5] - still[4]) < 2.0 * math.pi
-
-
-@inner
-def is_far(bounds, x, r, radius):  # type: ignore[no-untyped-def]
-    """True if a ball at (x, r) along and off the axis is outside of ``bounds``: x from, to, radius from, to."""
-    return (
-        x + radius < bounds[0] or x - radius > bounds[1] or r - radius > bounds[3] or r + radius < bounds[2]
-    )
-
-
 @entry
 def turn_contact(  # type: ignore[no-untyped-def]
     face, parent, members, moving_mask, solids, centres, radii, sharp, present,
@@ -296,12 +244,32 @@ def turn_contact(  # type: ignore[no-untyped-def]
     Returns:
         (angle, moving face, still solid); the angle equals ``limit`` and the faces are -1 if nothing is met.
     """
+    count, still_ones = 0, np.empty(len(solids), np.int64)
+    for m in members:
+        moving_mask[m] = True
+    for s in range(len(solids)):
+        if present[s] and not moving_mask[s]:
+            still_ones[count] = s
+            count += 1
+    for m in members:
+        moving_mask[m] = False
+    return listed_contact(
+        face, parent, members, still_ones[:count], solids, centres, radii, sharp, ox, oy, ux, uy, limit, work
+    )
+
+
+@inner
+def listed_contact(  # type: ignore[no-untyped-def]
+    face, parent, members, still_ones, solids, centres, radii, sharp, ox, oy, ux, uy, limit, work
+):
+    """``turn_contact`` with the solids ``still_ones`` (K,) alone."""
     best = limit
     hit_m, hit_s = -1, -1
     x_lo, x_hi, r_hi, r_lo = np.inf, -np.inf, 0.0, np.inf
-    count, two_pi = len(members), 2.0 * math.pi
+    count = len(members)
+    ch, sh = math.cos(0.5 * best), math.sin(0.5 * best)
     blocks, supers = (count + BLOCK - 1) // BLOCK, (count + SUPER_BLOCK - 1) // SUPER_BLOCK
-    polar = np.empty((count, 4))
+    places = np.empty((count, 5))  # along the axis, across, up, off it, radius
     near = np.empty(
         (blocks + supers, 4)
     )  # x from, to, radius from, to of the blocks, then of the super-blocks
@@ -309,11 +277,11 @@ def turn_contact(  # type: ignore[no-untyped-def]
         near[b, 0], near[b, 1], near[b, 2], near[b, 3] = np.inf, -np.inf, np.inf, 0.0
     for k in range(count):
         m = members[k]
-        moving_mask[m] = True
         x = (centres[m, 0] - ox) * ux + (centres[m, 1] - oy) * uy
         y = (centres[m, 1] - oy) * ux - (centres[m, 0] - ox) * uy
         r = math.sqrt(y * y + centres[m, 2] * centres[m, 2])
-        polar[k, 0], polar[k, 1], polar[k, 2], polar[k, 3] = x, r, math.atan2(centres[m, 2], y), radii[m]
+        places[k, 0], places[k, 1], places[k, 2] = x, y, centres[m, 2]
+        places[k, 3], places[k, 4] = r, radii[m]
         b = k // BLOCK
         near[b, 0], near[b, 1] = min(near[b, 0], x - radii[m]), max(near[b, 1], x + radii[m])
         near[b, 2], near[b, 3] = min(near[b, 2], r - radii[m]), max(near[b, 3], r + radii[m])
@@ -327,11 +295,9 @@ def turn_contact(  # type: ignore[no-untyped-def]
     mov, still = work[0:9], work[9:18]
     sectors = np.empty((count, 6))
     known = np.zeros(count, np.bool_)
-    planes_m, planes_s, bounds_s = np.empty((5, 4)), np.empty((5, 4)), np.empty(6)
+    planes_m, planes_s, bounds_s = np.empty((5, 4)), np.empty((5, 4)), np.empty((1, 6))
     scratch, hull = np.empty(2), np.empty((27, 3))
-    for s in range(len(solids)):
-        if moving_mask[s] or not present[s]:
-            continue
+    for s in still_ones:
         rs = radii[s]
         sx = (centres[s, 0] - ox) * ux + (centres[s, 1] - oy) * uy
         if sx + rs < x_lo or sx - rs > x_hi:
@@ -342,49 +308,49 @@ def turn_contact(  # type: ignore[no-untyped-def]
         if sr - rs > r_hi or sr + rs < r_lo:
             continue
         loaded = False
-        s_angle = np.inf  # computed once it is needed
         k = 0
         while k < count:
             if k % SUPER_BLOCK == 0:
                 c = blocks + k // SUPER_BLOCK
-                if is_far(near[c], sx, sr, rs):
+                if is_far(near, c, sx, sr, rs):
                     k += SUPER_BLOCK
                     continue
             if k % BLOCK == 0:
                 c = k // BLOCK
-                if is_far(near[c], sx, sr, rs):
+                if is_far(near, c, sx, sr, rs):
                     k += BLOCK
                     continue
             j = k
             k += 1
-            # spheres: first angle at which the centres come within reach of each other
-            reach = polar[j, 3] + rs
-            dx, dr = polar[j, 0] - sx, polar[j, 1] - sr
+            # spheres: the angles at which the centres come within reach of each other, if they do at all
+            reach = places[j, 4] + rs
+            dx, dr = places[j, 0] - sx, places[j, 3] - sr
             apart = reach * reach - dx * dx - dr * dr
             if apart <= 0.0:
                 continue
             m = members[j]
             if m == face and s == parent:
                 continue
-            product = 2.0 * polar[j, 1] * sr
-            if apart < 2.0 * product:
-                if s_angle == np.inf:
-                    s_angle = math.atan2(sz, sy)
-                half = math.acos(1.0 - apart / product)
-                start = s_angle - polar[j, 2] - half
-                while start < 0.0:
-                    start += two_pi
-                if start >= best and start + 2.0 * half < two_pi:
-                    continue
+            product = places[j, 3] * sr
+            if apart < 4.0 * product:
+                # they lie within ``half`` of the angle from one centre to the other; all are beyond the turn if
+                # cos(angle - best / 2) <= cos(half + best / 2) with half + best / 2 <= pi
+                c_half = 1.0 - 0.5 * apart / product
+                if c_half >= -ch:
+                    s_half = math.sqrt(max(0.0, 1.0 - c_half * c_half))
+                    dot = places[j, 1] * sy + places[j, 2] * sz
+                    cross = places[j, 1] * sz - places[j, 2] * sy
+                    if dot * ch + cross * sh <= product * (c_half * ch - s_half * sh - ROUNDING):
+                        continue
             if not loaded:
-                to_axis_frame(solids[s, :9], ox, oy, ux, uy, still)
-                sector(still, bounds_s)
+                to_axis_frame(solids, s, ox, oy, ux, uy, still)
+                sector(still, bounds_s, 0)
                 loaded = True
-            to_axis_frame(solids[m, :9], ox, oy, ux, uy, mov)
+            to_axis_frame(solids, m, ox, oy, ux, uy, mov)
             if not known[j]:
-                sector(mov, sectors[j])
+                sector(mov, sectors, j)
                 known[j] = True
-            if sectors_apart(sectors[j], bounds_s, best):
+            if sectors_apart(sectors, j, bounds_s, best):
                 continue
             corners = 9 if sharp[m] or sharp[s] else 6
             if best <= LARGEST_TURN_RAD and plane_between(mov, still, corners, best, hull):
@@ -394,6 +360,5 @@ def turn_contact(  # type: ignore[no-untyped-def]
                 t = triangles_meet(mov[6:9], still[6:9], t, scratch)
             if t < best:
                 best, hit_m, hit_s = t, m, s
-    for m in members:
-        moving_mask[m] = False
+                ch, sh = math.cos(0.5 * best), math.sin(0.5 * best)
     return best, hit_m, hit_s

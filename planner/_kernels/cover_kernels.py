@@ -14,7 +14,7 @@ END_SHARE = 0.02
 
 
 @inner
-def covered_interval(tri, ax, ay, bx, by, beam, thin, out):  # type: ignore[no-untyped-def]
+def covered_interval(tri, ax, ay, bx, by, beam, thin):  # type: ignore[no-untyped-def]
     """Part of the segment a-b (z = 0) that the triangle covers.
 
     Args:
@@ -23,18 +23,17 @@ def covered_interval(tri, ax, ay, bx, by, beam, thin, out):  # type: ignore[no-u
         beam: where the light comes from, see ``beam_kernels``; the triangle is widened by its radius, at each
             corner by that at the height of the corner.
         thin: leave the radius out.
-        out: (2,) the interval as shares of the segment.
 
     Returns:
-        True if something is covered.
+        (from, to) as shares of the segment; nothing is covered if the first is not less
     """
     near, up = beam[NEAR], beam[UP]
     d0, d1, d2 = 1.0 - near * tri[0, 2], 1.0 - near * tri[1, 2], 1.0 - near * tri[2, 2]
     if d0 <= 0.0 or d1 <= 0.0 or d2 <= 0.0:
-        return False  # above the light
+        return 0.0, 0.0  # above the light
     h0, h1, h2 = tri[0, 2] * up / d0, tri[1, 2] * up / d1, tri[2, 2] * up / d2
     if h0 <= ABOVE_MM and h1 <= ABOVE_MM and h2 <= ABOVE_MM:
-        return False
+        return 0.0, 0.0
     r0, r1, r2 = 0.0, 0.0, 0.0
     if not thin:
         radius, spread = beam[RADIUS], beam[SPREAD]
@@ -51,10 +50,10 @@ def covered_interval(tri, ax, ay, bx, by, beam, thin, out):  # type: ignore[no-u
     s1, w1 = _along(tri[1], ax, ay, ux, uy, kx, ky, d1)
     s2, w2 = _along(tri[2], ax, ay, ux, uy, kx, ky, d2)
     if min(w0 - r0, w1 - r1, w2 - r2) > 0.0 or max(w0 + r0, w1 + r1, w2 + r2) < 0.0:
-        return False
+        return 0.0, 0.0
     lo, hi = max(0.0, min(s0 - r0, s1 - r1, s2 - r2)), min(length, max(s0 + r0, s1 + r1, s2 + r2))
     if lo >= hi:
-        return False
+        return 0.0, 0.0
     area = (s1 - s0) * (w2 - w0) - (s2 - s0) * (w1 - w0)
     if abs(area) > 1e-9:
         turn = 1.0 if area > 0.0 else -1.0
@@ -77,24 +76,23 @@ def covered_interval(tri, ax, ay, bx, by, beam, thin, out):  # type: ignore[no-u
             rest = turn * (-es * pw + ew * ps)
             if abs(slope) < 1e-12:
                 if rest < 0.0:
-                    return False
+                    return 0.0, 0.0
             else:
                 lo, hi = _not_negative(rest, slope, lo, hi)
         if lo >= hi:
-            return False
+            return 0.0, 0.0
         # height over the segment is linear in s: keep the part where it is above the crease
         grade = ((h1 - h0) * (w2 - w0) - (h2 - h0) * (w1 - w0)) / area
         side = ((s1 - s0) * (h2 - h0) - (s2 - s0) * (h1 - h0)) / area
         at_zero = h0 - grade * s0 - side * w0 - ABOVE_MM
         if abs(grade) * length < 1e-12:
             if at_zero <= 0.0:
-                return False
+                return 0.0, 0.0
         else:
             lo, hi = _not_negative(at_zero, grade, lo, hi)
     if lo >= hi:
-        return False
-    out[0], out[1] = lo / length, hi / length
-    return True
+        return 0.0, 0.0
+    return lo / length, hi / length
 
 
 @inner

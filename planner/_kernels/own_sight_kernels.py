@@ -84,6 +84,27 @@ def _heading(dx, dy, ax, ay, count):  # type: ignore[no-untyped-def]
 
 
 @inner
+def _depth_first(s, preorder, first, size):  # type: ignore[no-untyped-def]
+    """Faces (F,) of a rooted net, each before what hangs on it; (F,) where that begins, with the face, and its number."""
+    node = s.node
+    n = node.shape[1]
+    for f in range(n):
+        size[f] = 1
+    for i in range(n - 1, 0, -1):
+        f = node[ORDER, i]
+        size[node[PARENT, f]] += size[f]
+    first[node[ORDER, 0]] = 0
+    free = np.empty(n, np.int64)  # where the next child of a face begins
+    for i in range(n):
+        f = node[ORDER, i]
+        if i > 0:
+            first[f] = free[node[PARENT, f]]
+            free[node[PARENT, f]] += size[f]
+        free[f] = first[f] + 1
+        preorder[first[f]] = f
+
+
+@inner
 def own_cost(s, table, ax, ay, masks, sums, lost):  # type: ignore[no-untyped-def]
     """Cost of what a rooted net misses since the turning part hides its own crease, as ``fold_search.cost``.
 
@@ -95,7 +116,7 @@ def own_cost(s, table, ax, ay, masks, sums, lost):  # type: ignore[no-untyped-de
         lost: (F,) angle missing at the crease of each face, rad; the result.
     """
     rows, bits, sides_of, faces, figures = table
-    leaning = len(bits) - len(sides_of)
+    leaning = bits.shape[1] - len(sides_of)
     node, real = s.node, s.real
     n = node.shape[1]
     sides, headings = np.empty(n, np.int64), np.empty(n, np.int64)
@@ -113,20 +134,22 @@ def own_cost(s, table, ax, ay, masks, sums, lost):  # type: ignore[no-untyped-de
         sides[f], headings[f] = d, -1
         if sides_of[d, ANGLE] != 0.0:
             _, _, dx, dy = _crease_line(s, f)
-            b = _heading(dx, dy, ax, ay, bits.shape[1])
+            b = _heading(dx, dy, ax, ay, len(bits))
             headings[f] = b
             for w in range(WORDS):
-                masks[f, w] = bits[leaning + d, b, w]
+                masks[f, w] = bits[b, leaning + d, w]
+    preorder, first, size = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
+    _depth_first(s, preorder, first, size)
     for i in range(1, n):
-        x = node[ORDER, i]
-        f = node[PARENT, x]
-        while node[PARENT, f] >= 0:
-            if headings[f] >= 0:
-                row = rows[sides[f], x]
+        f = node[ORDER, i]
+        b = headings[f]
+        if b >= 0:  # all that hangs on one crease at once: its rows lie side by side
+            d = sides[f]
+            for p in range(first[f] + 1, first[f] + size[f]):
+                row = rows[d, preorder[p]]
                 if row >= 0:
                     for w in range(WORDS):
-                        masks[f, w] |= bits[row, headings[f], w]
-            f = node[PARENT, f]
+                        masks[f, w] |= bits[b, row, w]
     wanted, missing, shape, overload = 0.0, 0.0, 0.0, 0.0
     for i in range(n - 1, 0, -1):
         f = node[ORDER, i]
@@ -175,11 +198,14 @@ def _some_hider(s, table, ax, ay, f, rng):  # type: ignore[no-untyped-def]
     node = s.node
     d = _side_of(s, f)
     _, _, dx, dy = _crease_line(s, f)
-    b = _heading(dx, dy, ax, ay, bits.shape[1])
+    b = _heading(dx, dy, ax, ay, len(bits))
     found, count = np.int64(-1), 0
     for i in range(node.shape[1]):
         x = node[ORDER, i]
-        if rows[d, x] < 0 or (bits[rows[d, x], b] == 0).all():
+        hides, row = False, rows[d, x]
+        for w in range(WORDS if row >= 0 else 0):
+            hides = hides or bits[b, row, w] != 0
+        if not hides:
             continue
         g = x
         while node[HOPS, g] > node[HOPS, f]:

@@ -9,9 +9,17 @@ import numpy as np
 
 from planner._kernels.beam_kernels import BEAM_SIZE, OVERHANG_RAD, aim, lean
 from planner._kernels.compiled import entry, inner
-from planner._kernels.contact_kernels import turn_contact
-from planner._kernels.reach_kernels import LEAST_GAIN_RAD, farthest_view, mark, never_seen
-from planner._kernels.sight_kernels import sight_limit
+from planner._kernels.crowd_kernels import CROWD_BLOCK, bound_blocks, crowd_order
+from planner._kernels.known_kernels import (
+    first_marks,
+    known_contact,
+    known_sight,
+    known_view,
+    light_mark,
+    mixed,
+    mixed_line,
+)
+from planner._kernels.reach_kernels import LEAST_GAIN_RAD, never_seen
 
 NOT_BLOCKED, BY_CONTACT, BY_SIGHT = 0, 1, 2
 STEP_ROTATE, STEP_FOLD = 0, 1
@@ -45,15 +53,20 @@ def turn_solids(solids, centres, members, ox, oy, ux, uy, angle):  # type: ignor
 
 @inner
 def fold_members(  # type: ignore[no-untyped-def]
-    face, members, clock, stamp, flat, frozen, solids, centres, ox, oy, ux, uy, angle,
+    face, first, last, order, blocks, clock, stamp, marks, flat, frozen, solids, centres, radii, present,
+    ox, oy, ux, uy, angle,
 ):  # fmt: skip
-    """Turn the ``members`` about the crease of ``face`` and note that they moved; only ``face`` may move on."""
+    """Turn ``order[first:last]`` about the crease of ``face`` and note that they moved; only ``face`` may move on."""
+    members = order[first:last]
     turn_solids(solids, centres, members, ox, oy, ux, uy, angle)
+    turn = mixed_line(np.uint64(0), ox, oy, ux, uy, angle)
     for m in members:
         stamp[m] = clock
+        marks[m] = mixed(marks[m], turn)
         flat[m] = False
         if m != face:
             frozen[m] = True
+    bound_blocks(order, first, last, centres, radii, flat, present, blocks)
 
 
 @inner
@@ -80,6 +93,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
     parent, preorder, first, last, hinges, lengths, target, rank, after, lever,
     solids, centres, radii, sharp, present, flat, panel, faces,
     rotary, fine, grazes, ex, ey, head, hidden_max, substeps, margin, use_contact, use_sight, retry, give_up, size,
+    known,
 ):  # fmt: skip
     """Fold a net as far as it goes.
 
@@ -109,6 +123,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         retry: also try conceded creases again while the way to the base is flat.
         give_up: stop once the estimated cost of what was conceded exceeds this (inf: never).
         size: longest side of the goal, mm, for that estimate.
+        known: (keys, answers) of turns, see ``known_contact``; both are changed, the result is the same.
 
     Returns:
         (steps (S, 3): kind, face or rotary index, angle; reached (n,), cause (n,), blocker (n,), moving face
@@ -125,14 +140,20 @@ def fold_greedily(  # type: ignore[no-untyped-def]
     cause = np.zeros(n, np.int64)
     blocker, toucher = np.zeros(n, np.int64), np.full(n, -1, np.int64)
     stopped_at = np.zeros(n)
-    stamp = np.zeros(total, np.int64)
+    stamp, marks, light = np.zeros(total, np.int64), np.zeros(total, np.uint64), np.uint64(0)
+    if len(known[0]) > 0:
+        first_marks(solids, sharp, marks)
+        light = light_mark(rotary, fine, grazes, ex, ey, head, hidden_max, substeps)
     contact_time, free_time = np.zeros(n, np.int64), np.zeros(n, np.int64)
     contact_by, contact_of = np.zeros(n, np.int64), np.zeros(n, np.int64)
     contact_angle = np.zeros(n)
     sight_time = np.zeros((n, options), np.int64)
     sight_by = np.zeros((n, options), np.int64)
     sight_angle = np.zeros((n, options))
-    moving_mask = np.zeros(total, np.bool_)
+    order = crowd_order(preorder, total)
+    blocks = np.empty(((total + CROWD_BLOCK - 1) // CROWD_BLOCK, 5))
+    bound_blocks(order, 0, total, centres, radii, flat, present, blocks)
+    moving_mask, near = np.zeros(total, np.bool_), np.empty(total, np.int64)
     work, turned, intervals = np.zeros((30, 3)), np.zeros((3, 3)), np.zeros((total, 2))
     steps = np.zeros((12 * n + 16, 3))
     used = 0
@@ -210,7 +231,6 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                     wanted = abs(target[f] - angle[f])
                     sign = 1.0 if target[f] > 0.0 else -1.0
                     ox, oy, ux, uy = hinges[f, 0], hinges[f, 1], hinges[f, 2], hinges[f, 3]
-                    members = preorder[first[f] : last[f]]
                     # failures are remembered while their witness has not moved (others may have: a cautious
                     # answer), a free turn while nothing has moved at all
                     free, seen = wanted, wanted
@@ -228,9 +248,9 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                         ):
                             free = contact_angle[f]
                         else:
-                            free, of, by = turn_contact(
-                                f, parent[f], members, moving_mask, solids, centres, radii, sharp, present,
-                                ox, oy, sign * ux, sign * uy, wanted, work,
+                            free, of, by = known_contact(
+                                known, marks, order, blocks, f, parent[f], first[f], last[f], solids, centres, radii,
+                                sharp, present, ox, oy, sign * ux, sign * uy, wanted, near, work,
                             )  # fmt: skip
                             contact_time[f] = -1
                             if by >= 0:
@@ -249,13 +269,11 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                         own = lean(beams[r], mx, my, ux, uy, sign) + OVERHANG_RAD - abs(angle[f])
                         by, seen = f, max(0.0, own)
                         if own >= wanted:
-                            mark(moving_mask, members, True)
-                            seen, by = sight_limit(
-                                panel[f], panel[parent[f]], panel, moving_mask, flat, solids, centres, radii,
-                                present, ox, oy, ux, uy, lengths[f], sign, wanted, beams[r],
-                                hidden_max, intervals, turned, substeps, False,
+                            seen, by = known_sight(
+                                known, marks, order, blocks, light, rotary[r], f, parent[f], first[f], last[f],
+                                moving_mask, panel, flat, solids, centres, radii, present, hinges[f], lengths[f],
+                                sign, wanted, beams[r], hidden_max, intervals, turned, substeps, near,
                             )  # fmt: skip
-                            mark(moving_mask, members, False)
                         sight_time[f, r] = -1
                         if by >= 0:
                             sight_time[f, r], sight_by[f, r], sight_angle[f, r] = clock, by, seen
@@ -266,8 +284,8 @@ def fold_greedily(  # type: ignore[no-untyped-def]
                             at, astray = r, False
                         clock += 1
                         fold_members(
-                            f, members, clock, stamp, flat, frozen, solids, centres,
-                            ox, oy, ux, uy, target[f] - angle[f],
+                            f, first[f], last[f], order, blocks, clock, stamp, marks, flat, frozen, solids, centres,
+                            radii, present, ox, oy, ux, uy, target[f] - angle[f],
                         )  # fmt: skip
                         angle[f] = target[f]
                         used = add_step(steps, used, STEP_FOLD, f, target[f])
@@ -301,14 +319,13 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         f = best_face
         sign = 1.0 if target[f] > 0.0 else -1.0
         ox, oy, ux, uy = hinges[f, 0], hinges[f, 1], hinges[f, 2], hinges[f, 3]
-        members = preorder[first[f] : last[f]]
         why, who = int(reach_out[0]), int(reach_out[1])
         # what was remembered are upper bounds: measure again, now that everything else stands still
         free = abs(target[f] - angle[f])
         if use_contact:
-            free, of, by = turn_contact(
-                f, parent[f], members, moving_mask, solids, centres, radii, sharp, present,
-                ox, oy, sign * ux, sign * uy, free, work,
+            free, of, by = known_contact(
+                known, marks, order, blocks, f, parent[f], first[f], last[f], solids, centres, radii, sharp, present,
+                ox, oy, sign * ux, sign * uy, free, near, work,
             )  # fmt: skip
             if by >= 0:
                 free = max(0.0, free - margin)
@@ -319,10 +336,11 @@ def fold_greedily(  # type: ignore[no-untyped-def]
         for _ in range(STAGES):
             view, tilted, reach = rotary[best_option], False, free
             if use_sight:
-                reach, view, tilted, by = farthest_view(
-                    f, parent[f], members, moving_mask, panel, flat, solids, centres, radii, present,
-                    hinges[f], lengths[f], sign, abs(angle[f]), free, rotary[best_option], fine, grazes,
-                    ex, ey, head, hidden_max, substeps, aimed, intervals, turned,
+                reach, view, tilted, by = known_view(
+                    known, marks, order, blocks, light, f, parent[f], first[f], last[f], moving_mask, panel, flat,
+                    solids, centres, radii, present, hinges[f], lengths[f], sign, abs(angle[f]), free,
+                    rotary[best_option], fine, grazes, ex, ey, head, hidden_max, substeps, beams[best_option], aimed,
+                    intervals, turned, near,
                 )  # fmt: skip
                 if reach < free:
                     why, who = BY_SIGHT, f if by < 0 else by
@@ -335,7 +353,8 @@ def fold_greedily(  # type: ignore[no-untyped-def]
             clock += 1
             angle[f] = target[f] if reach >= abs(target[f] - angle[f]) - 1e-9 else angle[f] + sign * reach
             fold_members(
-                f, members, clock, stamp, flat, frozen, solids, centres, ox, oy, ux, uy, sign * reach,
+                f, first[f], last[f], order, blocks, clock, stamp, marks, flat, frozen, solids, centres, radii, present,
+                ox, oy, ux, uy, sign * reach,
             )  # fmt: skip
             used = add_step(steps, used, STEP_FOLD, f, angle[f])
             free -= reach

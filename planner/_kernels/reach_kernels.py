@@ -23,16 +23,15 @@ def mark(mask, members, value):  # type: ignore[no-untyped-def]
 
 @inner
 def farthest_view(  # type: ignore[no-untyped-def]
-    face, parent, members, moving_mask, panel, flat, solids, centres, radii, present,
+    face, parent, moving_mask, panel, flat, solids, centres, radii, suspects,
     hinge, length, sign, now, free, first, fine, grazes, ex, ey, head, hidden_max, substeps, aimed,
     intervals, turned,
 ):  # fmt: skip
     """The tilt under which a crease is seen farthest of those that are tried.
 
     Args:
-        face, parent, members: the crease and what turns with it.
-        moving_mask: (N,) work space; False for all afterwards.
-        panel, flat, solids, centres, radii, present: as in ``fold_greedily``, in this state.
+        face, parent: the crease.
+        moving_mask ... suspects: as in ``hidden_share``.
         hinge: (4,) start and unit direction of the crease, and its ``length``.
         sign: +1 for a valley, -1 for a mountain.
         now: |angle| of the crease.
@@ -55,7 +54,6 @@ def farthest_view(  # type: ignore[no-untyped-def]
     for tilt in fine:
         most_tilt = max(most_tilt, abs(tilt))
     reach, view, tilted, who = 0.0, first, False, np.int64(-1)
-    mark(moving_mask, members, True)
     witness = np.int64(-1)  # hid the crease last: the first to be looked at under the next tilt
     for k in range(-1, len(fine) + len(grazes)):
         if k < 0:
@@ -85,13 +83,13 @@ def farthest_view(  # type: ignore[no-untyped-def]
                 continue
             share, most, _ = hidden_share(
                 panel[face], panel[parent], panel, moving_mask, flat, solids, centres, radii,
-                present, ox, oy, ux, uy, length, sign, ahead, aimed, intervals, turned,
+                suspects, ox, oy, ux, uy, length, sign, ahead, aimed, intervals, turned,
             )  # fmt: skip
             if share > hidden_max:
                 witness = most
                 continue
         seen, by = sight_limit(
-            panel[face], panel[parent], panel, moving_mask, flat, solids, centres, radii, present,
+            panel[face], panel[parent], panel, moving_mask, flat, solids, centres, radii, suspects,
             ox, oy, ux, uy, length, sign, allowed, aimed, hidden_max, intervals, turned,
             substeps, True,
         )  # fmt: skip
@@ -101,7 +99,6 @@ def farthest_view(  # type: ignore[no-untyped-def]
             who = by
         if seen > reach + LEAST_GAIN_RAD:
             reach, view, tilted, who = seen, beam, k >= 0, by
-    mark(moving_mask, members, False)
     return reach, view, tilted, who
 
 

@@ -111,15 +111,15 @@ def hidden_bits(  # type: ignore[no-untyped-def]
         head: (8,) see ``beam_kernels``, parallel light.
         hidden_max: share of a crease that may be hidden.
         first, last: the creases.
-        bits: (R + D, A, WORDS) set where the crease is hidden: by the face of a row; in the last D rows by the
+        bits: (A, R + D, WORDS) set where the crease is hidden: by the face of a row; in the last D rows by the
             leaning child itself.
     """
-    leaning = len(bits) - len(creases)
+    leaning = bits.shape[1] - len(creases)
     beams = np.zeros((len(headings), len(tilts), BEAM_SIZE))
     for a in range(len(headings)):
         for t in range(len(tilts)):
             aim(tilts[t], math.cos(headings[a]), math.sin(headings[a]), head, beams[a, t])
-    tri, now, covered = np.empty((3, 3)), np.empty((3, 3)), np.empty(2)
+    tri, now = np.empty((3, 3)), np.empty((3, 3))
     one = np.uint64(1)
     for d in range(first, last):
         wanted = abs(angles[d])
@@ -130,7 +130,7 @@ def hidden_bits(  # type: ignore[no-untyped-def]
                 most = lean(beams[a, t], 0.0, 0.0, 1.0, 0.0, 1.0) + OVERHANG_RAD
                 for k in range(len(fractions)):
                     if fractions[k] * wanted > most:
-                        bits[leaning + d, a, t // PER_WORD] |= one << np.uint64((t % PER_WORD) * SAMPLES + k)
+                        bits[a, leaning + d, t // PER_WORD] |= one << np.uint64((t % PER_WORD) * SAMPLES + k)
         for x in range(len(corners)):
             row = rows[d, x]
             if row < 0:
@@ -149,10 +149,10 @@ def hidden_bits(  # type: ignore[no-untyped-def]
                         w2 = now[2, 1] + slope * now[2, 2]
                         if min(w0, w1, w2) > wide or max(w0, w1, w2) < -wide:
                             continue
-                        if covered_interval(now, 0.0, 0.0, lengths[d], 0.0, beams[a, t], k > 0, covered):
-                            share = min(covered[1], 1.0 - END_SHARE) - max(covered[0], END_SHARE)
-                            if share > hidden_max * (1.0 - 2.0 * END_SHARE):
-                                bits[row, a, t // PER_WORD] |= one << np.uint64((t % PER_WORD) * SAMPLES + k)
+                        lo, hi = covered_interval(now, 0.0, 0.0, lengths[d], 0.0, beams[a, t], k > 0)
+                        share = min(hi, 1.0 - END_SHARE) - max(lo, END_SHARE)
+                        if lo < hi and share > hidden_max * (1.0 - 2.0 * END_SHARE):
+                            bits[a, row, t // PER_WORD] |= one << np.uint64((t % PER_WORD) * SAMPLES + k)
 
 
 @inner

@@ -43,10 +43,10 @@ def _sphere_is_clear(cx, cy, cz, r, mx, my, half, beam):  # type: ignore[no-unty
 
 @inner
 def watch(  # type: ignore[no-untyped-def]
-    panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
-    ox, oy, ux, uy, length, sign, start, end, beam, which, slab, intervals, turned,
+    panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, suspects,
+    ox, oy, ux, uy, length, sign, start, end, beam, which, slab, sides, intervals, turned,
 ):  # fmt: skip
-    """List the solids that may hide a crease during its turn from ``start`` to ``end``, in order of their numbers.
+    """List the solids that may hide a crease during its turn from ``start`` to ``end``, in the order of ``suspects``.
 
     All rays to the crease lie in the half-plane of the crease and the light. A moving solid can hide only while
     its bounding sphere, wider by the beam, meets this half-plane, so seen from the moving part only if it meets
@@ -58,8 +58,10 @@ def watch(  # type: ignore[no-untyped-def]
         start, end: 0 <= start <= end <= pi.
         beam: as in ``covered_interval``.
         which: (N,) the solids that are found.
-        slab: (N,) of those that move: how near to the half-plane their centres must be to hide anything; of
-            those that stand still: -1.
+        slab: (N,) of those that move: how near to the half-plane they must be to hide anything; of those that
+            stand still: -1.
+        sides: (N, 3, 2) of those that move: the distance of each corner from the half-plane is
+            sides[0] cos(angle) - sides[1] sin(angle), with the sign of the turn.
         intervals: (N, 2) the parts that are hidden by those that stand still.
         turned: (3, 3) work space.
 
@@ -69,15 +71,16 @@ def watch(  # type: ignore[no-untyped-def]
     bx, by, half = ox + ux * length, oy + uy * length, 0.5 * length
     mx, my = 0.5 * (ox + bx), 0.5 * (oy + by)
     radius, spread, up, near = beam[RADIUS], beam[SPREAD], beam[UP], abs(beam[NEAR])
-    _, ly, lz = _half_plane(ox, oy, ux, uy, beam)
+    grade, ly, lz = half_plane(ox, oy, ux, uy, beam)
+    grade = math.copysign(grade, grade * up)
     cs, ss, ce, se = math.cos(start), math.sin(start) * sign, math.cos(end), math.sin(end) * sign
     # the half-plane at both ends of the turn as the moving part sees it; times sign: the turn is right-handed
     sy, sz = sign * (ly * cs + lz * ss), sign * (lz * cs - ly * ss)
     ey, ez = sign * (ly * ce + lz * se), sign * (lz * ce - ly * se)
     count, moves = np.int64(0), np.int64(0)
-    for g in range(len(solids)):
+    for g in suspects:
         moving = moving_mask[g]
-        if (flat[g] and not moving) or not present[g] or panel[g] == panel_a or panel[g] == panel_b:
+        if (flat[g] and not moving) or panel[g] == panel_a or panel[g] == panel_b:
             continue
         r = radii[g]
         if not moving:
@@ -86,8 +89,9 @@ def watch(  # type: ignore[no-untyped-def]
             for k in range(3):
                 for d in range(3):
                     turned[k, d] = solids[g, 9 + k, d]
-            if covered_interval(turned, ox, oy, bx, by, beam, False, intervals[count]):
-                which[count], slab[count] = g, -1.0
+            lo, hi = covered_interval(turned, ox, oy, bx, by, beam, False)
+            if lo < hi:
+                which[count], slab[count], intervals[count, 0], intervals[count, 1] = g, -1.0, lo, hi
                 count += 1
             continue
         dx, dy, z = centres[g, 0] - ox, centres[g, 1] - oy, centres[g, 2]
@@ -107,14 +111,22 @@ def watch(  # type: ignore[no-untyped-def]
             rim = wide + (r + wide * abs(ly)) / abs(lz)
             if y * y + z * z > rim * rim:
                 continue
-        which[count], slab[count] = g, wide
+        if near == 0.0:  # as high as it may rise, its shadow goes by no more than this along the crease
+            x, shift = dx * ux + dy * uy, grade * (math.sqrt(y * y + z * z) + wide)
+            if x + max(0.0, shift) < -wide or x + min(0.0, shift) > length + wide:
+                continue
+        which[count], slab[count] = g, wide - r
+        for k in range(3):
+            dx, dy, z = solids[g, 9 + k, 0] - ox, solids[g, 9 + k, 1] - oy, solids[g, 9 + k, 2]
+            y = dy * ux - dx * uy
+            sides[count, k, 0], sides[count, k, 1] = y * lz - z * ly, y * ly + z * lz
         count += 1
         moves += 1
     return count, moves
 
 
 @inner
-def _half_plane(ox, oy, ux, uy, beam):  # type: ignore[no-untyped-def]
+def half_plane(ox, oy, ux, uy, beam):  # type: ignore[no-untyped-def]
     """The half-plane through a crease and the light, in the frame of the crease.
 
     Returns:
@@ -127,10 +139,10 @@ def _half_plane(ox, oy, ux, uy, beam):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _turn(solid, ox, oy, ux, uy, c, s, turned):  # type: ignore[no-untyped-def]
-    """The full triangle of a solid turned about a crease by an angle with the cosine ``c`` and the sine ``s``."""
+def _turn(solids, g, ox, oy, ux, uy, c, s, turned):  # type: ignore[no-untyped-def]
+    """The full triangle of solid ``g`` turned about a crease by an angle with the cosine ``c`` and the sine ``s``."""
     for k in range(3):
-        dx, dy, dz = solid[9 + k, 0] - ox, solid[9 + k, 1] - oy, solid[9 + k, 2]
+        dx, dy, dz = solids[g, 9 + k, 0] - ox, solids[g, 9 + k, 1] - oy, solids[g, 9 + k, 2]
         a, w = dx * ux + dy * uy, dy * ux - dx * uy
         w2 = w * c - dz * s
         turned[k, 0], turned[k, 1] = ox + a * ux - w2 * uy, oy + a * uy + w2 * ux
@@ -139,12 +151,12 @@ def _turn(solid, ox, oy, ux, uy, c, s, turned):  # type: ignore[no-untyped-def]
 
 @inner
 def watched_share(  # type: ignore[no-untyped-def]
-    count, which, slab, still, solids, centres, radii, ox, oy, ux, uy, length, sign, angle, beam, intervals, turned,
+    count, which, slab, sides, still, solids, centres, radii, ox, oy, ux, uy, length, sign, angle, beam, intervals, turned,
 ):  # fmt: skip
     """Hidden share of a crease at an ``angle`` within the turn for which ``watch`` listed the solids.
 
     Args:
-        count, which, slab: what ``watch`` found.
+        count, which, slab, sides: what ``watch`` found.
         still: (count, 2) the intervals that ``watch`` found.
         solids ... turned: as in ``hidden_share``.
 
@@ -154,26 +166,28 @@ def watched_share(  # type: ignore[no-untyped-def]
     bx, by, half = ox + ux * length, oy + uy * length, 0.5 * length
     mx, my = 0.5 * (ox + bx), 0.5 * (oy + by)
     c, s = math.cos(angle), math.sin(angle) * sign
-    _, ly, lz = _half_plane(ox, oy, ux, uy, beam)
     used, worst, who = np.int64(0), 0.0, -1
     for j in range(count):
         g = which[j]
         if slab[j] < 0.0:
             lo, hi = still[j, 0], still[j, 1]
         else:
+            d0 = sides[j, 0, 0] * c - sides[j, 0, 1] * s
+            d1 = sides[j, 1, 0] * c - sides[j, 1, 1] * s
+            d2 = sides[j, 2, 0] * c - sides[j, 2, 1] * s
+            if min(d0, d1, d2) > slab[j] or max(d0, d1, d2) < -slab[j]:
+                continue
             dx, dy, z = centres[g, 0] - ox, centres[g, 1] - oy, centres[g, 2]
             w = dy * ux - dx * uy
             w2, cz = w * c - z * s, w * s + z * c
-            if abs(w2 * lz - cz * ly) > slab[j]:
-                continue
             a = dx * ux + dy * uy
             cx, cy = ox + a * ux - w2 * uy, oy + a * uy + w2 * ux
             if _sphere_is_clear(cx, cy, cz, radii[g], mx, my, half, beam):
                 continue
-            _turn(solids[g], ox, oy, ux, uy, c, s, turned)
-            if not covered_interval(turned, ox, oy, bx, by, beam, angle > 0.0, intervals[used]):
+            _turn(solids, g, ox, oy, ux, uy, c, s, turned)
+            lo, hi = covered_interval(turned, ox, oy, bx, by, beam, angle > 0.0)
+            if lo >= hi:
                 continue
-            lo, hi = intervals[used, 0], intervals[used, 1]
         intervals[used, 0], intervals[used, 1] = lo, hi
         used += 1
         if hi - lo > worst:
@@ -200,17 +214,16 @@ def hides_alone(  # type: ignore[no-untyped-def]
     c, s = 1.0, 0.0
     if moving:
         c, s = math.cos(angle), math.sin(angle) * sign
-    _turn(solids[solid], ox, oy, ux, uy, c, s, turned)
+    _turn(solids, solid, ox, oy, ux, uy, c, s, turned)
     thin = moving and angle > 0.0
     bx, by = ox + ux * length, oy + uy * length
-    if not covered_interval(turned, ox, oy, bx, by, beam, thin, intervals[0]):
-        return False
+    intervals[0, 0], intervals[0, 1] = covered_interval(turned, ox, oy, bx, by, beam, thin)
     return union_share(intervals, 1) > hidden_max
 
 
 @inner
 def hidden_share(  # type: ignore[no-untyped-def]
-    panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
+    panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, suspects,
     ox, oy, ux, uy, length, sign, angle, beam, intervals, turned,
 ):  # fmt: skip
     """Hidden share of a crease when its subtree stands turned by ``angle`` from now.
@@ -220,7 +233,8 @@ def hidden_share(  # type: ignore[no-untyped-def]
         panel: (N,) number of the panel (faces joined by flat joints) of each solid, -1 for obstacles.
         moving_mask: (N,) the solids that turn.
         flat: (N,) the solids that lie in the sheet plane and so hide nothing.
-        solids, centres, radii, present: as in ``turn_contact``; rows 9-11 of a solid are its full triangle.
+        solids, centres, radii: as in ``turn_contact``; rows 9-11 of a solid are its full triangle.
+        suspects: (K,) the solids that are looked at.
         ox, oy, ux, uy, length: the crease: start, unit direction, length.
         sign: +1 if the turn is right-handed about (ux, uy), else -1.
         angle: >= 0.
@@ -232,21 +246,21 @@ def hidden_share(  # type: ignore[no-untyped-def]
     Returns:
         (share, solid that hides most, -1 if none, what it hides alone)
     """
-    total = len(solids)
-    which, slab = np.empty(total, np.int64), np.empty(total)
+    total = len(suspects)
+    which, slab, sides = np.empty(total, np.int64), np.empty(total), np.empty((total, 3, 2))
     count, _ = watch(
-        panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
-        ox, oy, ux, uy, length, sign, angle, angle, beam, which, slab, intervals, turned,
+        panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, suspects,
+        ox, oy, ux, uy, length, sign, angle, angle, beam, which, slab, sides, intervals, turned,
     )  # fmt: skip
     return watched_share(
-        count, which, slab, intervals[:count].copy(), solids, centres, radii,
+        count, which, slab, sides, intervals[:count].copy(), solids, centres, radii,
         ox, oy, ux, uy, length, sign, angle, beam, intervals, turned,
     )  # fmt: skip
 
 
 @inner
 def sight_limit(  # type: ignore[no-untyped-def]
-    panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
+    panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, suspects,
     ox, oy, ux, uy, length, sign, limit, beam, hidden_max, intervals, turned, substeps, refine,
 ):  # fmt: skip
     """Largest angle up to which the crease stays in sight; -1 if it is hidden at the start.
@@ -257,11 +271,11 @@ def sight_limit(  # type: ignore[no-untyped-def]
     Returns:
         (angle, blocker, -1 if none)
     """
-    total = len(solids)
-    which, slab = np.empty(total, np.int64), np.empty(total)
+    total = len(suspects)
+    which, slab, sides = np.empty(total, np.int64), np.empty(total), np.empty((total, 3, 2))
     listed, moves = watch(
-        panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
-        ox, oy, ux, uy, length, sign, 0.0, limit, beam, which, slab, intervals, turned,
+        panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, suspects,
+        ox, oy, ux, uy, length, sign, 0.0, limit, beam, which, slab, sides, intervals, turned,
     )  # fmt: skip
     if listed == 0:
         return limit, -1
@@ -273,7 +287,7 @@ def sight_limit(  # type: ignore[no-untyped-def]
         while k <= end:
             if coarse == (k % substeps == 0):
                 share, who, _ = watched_share(
-                    listed, which, slab, still, solids, centres, radii,
+                    listed, which, slab, sides, still, solids, centres, radii,
                     ox, oy, ux, uy, length, sign, limit * k / count, beam, intervals, turned,
                 )  # fmt: skip
                 if share > hidden_max:
@@ -290,7 +304,7 @@ def sight_limit(  # type: ignore[no-untyped-def]
     while refine and high - low > REFINED_RAD:
         middle = 0.5 * (low + high)
         share, who, _ = watched_share(
-            listed, which, slab, still, solids, centres, radii,
+            listed, which, slab, sides, still, solids, centres, radii,
             ox, oy, ux, uy, length, sign, middle, beam, intervals, turned,
         )  # fmt: skip
         if share > hidden_max:

@@ -75,6 +75,7 @@ def turn_reach(  # type: ignore[no-untyped-def]
         return free, options[0], cause, blocker
     for m in members:
         moving_mask[m] = True
+    suspects = np.flatnonzero(present)
     best, best_option, best_by = -1.0, options[0], -1
     beam = np.empty(BEAM_SIZE)
     mx, my = ox + 0.5 * length * ux, oy + 0.5 * length * uy
@@ -83,7 +84,7 @@ def turn_reach(  # type: ignore[no-untyped-def]
         limit = max(0.0, min(free, lean(beam, mx, my, ux, uy, sign) + OVERHANG_RAD - now))
         if limit > best:
             seen, by = sight_limit(
-                panel[face], panel[parent], panel, moving_mask, flat, solids, centres, radii, present,
+                panel[face], panel[parent], panel, moving_mask, flat, solids, centres, radii, suspects,
                 ox, oy, ux, uy, length, sign, limit, beam, hidden_max, intervals, turned, SIGHT_SUBSTEPS, True,
             )  # fmt: skip
             if seen > best:

@@ -19,7 +19,8 @@ def seen_to(  # type: ignore[no-untyped-def]
     """How far a crease is seen, for each of several rotary angles.
 
     Args:
-        panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present: as in ``hidden_share``.
+        panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii: as in ``hidden_share``.
+        present: (N,) solids that exist.
         ox, oy, ux, uy, length, sign: the crease and the sense of its turn, as there.
         now: absolute angle at which it stands.
         wanted: angle by which it is to turn on, >= 0.
@@ -30,6 +31,7 @@ def seen_to(  # type: ignore[no-untyped-def]
             the solid that hides most there, OWN_FLAP if the face leans over its crease, NOBODY if it is seen
             all the way; absolute angle at which the face reaches the beam, overhang included.
     """
+    suspects = np.flatnonzero(present)
     intervals, turned = np.empty((len(solids), 2)), np.empty((3, 3))
     beam = np.zeros(BEAM_SIZE)
     mx, my = ox + 0.5 * length * ux, oy + 0.5 * length * uy
@@ -42,7 +44,7 @@ def seen_to(  # type: ignore[no-untyped-def]
             continue
         allowed = min(own, wanted)
         seen, by = sight_limit(
-            panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
+            panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, suspects,
             ox, oy, ux, uy, length, sign, allowed, beam, hidden_max, intervals, turned, FINE_SUBSTEPS, True,
         )  # fmt: skip
         if by < 0:
@@ -51,7 +53,7 @@ def seen_to(  # type: ignore[no-untyped-def]
                 out[b, 1], out[b, 2] = 1.0, OWN_FLAP
             continue
         share, _, _ = hidden_share(
-            panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, present,
+            panel_a, panel_b, panel, moving_mask, flat, solids, centres, radii, suspects,
             ox, oy, ux, uy, length, sign, min(allowed, seen + REFINED_RAD) if seen >= 0.0 else 0.0, beam,
             intervals, turned,
         )  # fmt: skip

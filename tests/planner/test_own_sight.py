@@ -96,7 +96,7 @@ def test_the_table_says_what_rays_say(problem, sight):
         if abs(share - limit) < 3.0 / POINTS:
             continue
         row = rows[side, face]
-        hidden = row >= 0 and bit(bits[row, heading], tilt, sample)
+        hidden = row >= 0 and bit(bits[heading, row], tilt, sample)
         assert hidden == (share > limit)
         seen[hidden] += 1
     assert seen[True] > 150
@@ -106,7 +106,7 @@ def test_the_table_says_what_rays_say(problem, sight):
 def slow_cost(layout, axis_rad, problem, sight):
     """``OwnSight.cost`` as its texts say it, from the table."""
     rows, bits, creases = sight.table[:3]
-    leaning = bits[len(bits) - len(creases) :]
+    leaning = bits[:, bits.shape[1] - len(creases) :]
     tree = flat_tree(layout, axis_rad)
     corners = GOAL.vertices[GOAL.faces]
     centres = corners.mean(axis=1)
@@ -125,10 +125,10 @@ def slow_cost(layout, axis_rad, problem, sight):
         way = tree.corners[face, (slot + 1) % 3] - start
         angle = math.atan2(way[0] * tree.axis[1] - way[1] * tree.axis[0], way @ tree.axis) % math.pi
         heading = min(HEADINGS - 1, int(angle * HEADINGS / math.pi))
-        words = leaning[side, heading].copy()
+        words = leaning[heading, side].copy()
         for other in hang:
             if rows[side, other] >= 0:
-                words |= bits[rows[side, other], heading]
+                words |= bits[heading, rows[side, other]]
         goal, reached = abs(tree.target[face]), 0
         while reached < SAMPLES - 1 and any(
             not bit(words, t, reached) and not bit(words, t, reached + 1) for t in range(PER_WORD * WORDS)

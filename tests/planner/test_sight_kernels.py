@@ -27,8 +27,8 @@ def share_of(intervals, count):
 
 
 @njit
-def covered(tri, ax, ay, bx, by, beam, out):
-    return covered_interval(tri, ax, ay, bx, by, beam, False, out)
+def covered(tri, ax, ay, bx, by, beam):
+    return covered_interval(tri, ax, ay, bx, by, beam, False)
 
 
 @njit
@@ -50,9 +50,8 @@ def beam_at(rotary, radius=0.0, axis=(1.0, 0.0), spread=0.0, source=None):
 
 
 def cover(triangle, start, end, rotary, radius=0.0, axis=(1.0, 0.0), spread=0.0, source=None):
-    out = np.empty(2)
-    hit = covered(triangle, *start, *end, beam_at(rotary, radius, axis, spread, source), out)
-    return (float(out[0]), float(out[1])) if hit else None
+    lo, hi = covered(triangle, *start, *end, beam_at(rotary, radius, axis, spread, source))
+    return (lo, hi) if lo < hi else None
 
 
 @pytest.mark.parametrize("rotary", [0.0, 0.4, -0.6, math.pi, math.pi + 0.5])
@@ -186,9 +185,9 @@ def limit_of(
     panel, moving, flat, solids, centres, radii, crease, sign, limit, beam, hidden_max, substeps, refine
 ):
     intervals, turned = np.empty((len(solids), 2)), np.empty((3, 3))
-    present = np.ones(len(solids), np.bool_)
+    suspects = np.arange(len(solids))
     return sight_limit(
-        0, 1, panel, moving, flat, solids, centres, radii, present,
+        0, 1, panel, moving, flat, solids, centres, radii, suspects,
         crease[0], crease[1], crease[2], crease[3], crease[4], sign, limit, beam, hidden_max,
         intervals, turned, substeps, refine,
     )  # fmt: skip
@@ -197,9 +196,9 @@ def limit_of(
 @njit
 def share_at(panel, moving, flat, solids, centres, radii, crease, sign, angle, beam):
     intervals, turned = np.empty((len(solids), 2)), np.empty((3, 3))
-    present = np.ones(len(solids), np.bool_)
+    suspects = np.arange(len(solids))
     return hidden_share(
-        0, 1, panel, moving, flat, solids, centres, radii, present,
+        0, 1, panel, moving, flat, solids, centres, radii, suspects,
         crease[0], crease[1], crease[2], crease[3], crease[4], sign, angle, beam, intervals, turned,
     )  # fmt: skip
 
@@ -208,7 +207,7 @@ def share_at(panel, moving, flat, solids, centres, radii, crease, sign, angle, b
 def plain_share(panel, moving, flat, solids, crease, sign, angle, beam):
     """Every triangle is turned and tested, near or far."""
     ox, oy, ux, uy, length = crease
-    intervals, tri, pair = np.empty((len(solids), 2)), np.empty((3, 3)), np.empty(2)
+    intervals, tri = np.empty((len(solids), 2)), np.empty((3, 3))
     c, s = math.cos(angle), math.sin(angle) * sign
     count, worst, who = 0, 0.0, -1
     for g in range(len(solids)):
@@ -222,11 +221,12 @@ def plain_share(panel, moving, flat, solids, crease, sign, angle, beam):
                 w2 = w * c - dz * s
                 tri[k, 0], tri[k, 1], tri[k, 2] = ox + a * ux - w2 * uy, oy + a * uy + w2 * ux, w * s + dz * c
         thin = moving[g] and angle > 0.0
-        if covered_interval(tri, ox, oy, ox + ux * length, oy + uy * length, beam, thin, pair):
-            intervals[count] = pair
+        lo, hi = covered_interval(tri, ox, oy, ox + ux * length, oy + uy * length, beam, thin)
+        if lo < hi:
+            intervals[count, 0], intervals[count, 1] = lo, hi
             count += 1
-            if pair[1] - pair[0] > worst:
-                worst, who = pair[1] - pair[0], g
+            if hi - lo > worst:
+                worst, who = hi - lo, g
     if count == 0:
         return 0.0, -1, 0.0
     return union_share(intervals, count), who, worst
