@@ -2,10 +2,11 @@
 
 ``python benchmarks/plan_evaluation.py [MESH …]`` prints CPU times. Without meshes it takes bumpy spheres of
 128, 348, 1280 and 5000 faces that it makes itself. An evaluation is one call of ``FoldProblem.fold`` on one
-net, contact and sight on, kernels warm: order, rotary angles, every concession. ``--fcl N`` samples at most N
-turns of each plan at 1 degree steps with python-fcl (one mesh for what moves, one for what stands still);
-the time of the whole plan is scaled up from them. ``--cold`` also measures the one-off compilation in an
-empty cache.
+net of which nothing is known, contact and sight on, kernels warm: order, rotary angles, every concession.
+Beside it is the time of nets that are one exchange away from it, as a search meets them. ``--fcl N`` samples
+at most N turns of each plan at 1 degree steps with python-fcl (one mesh for what moves, one for what stands
+still); the time of the whole plan is scaled up from them. ``--cold`` also measures the one-off compilation
+in an empty cache.
 """
 
 from __future__ import annotations
@@ -26,10 +27,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import MachineLimits, make_net, read_goal
+from planner.dual_graph import DualGraph
+from planner.flat_layout import FlatLayout
 from planner.fold_problem import FlatTree, FoldProblem, FoldResult
+from planner.fold_search import flat_tree
 from planner.goal_mesh import GoalMesh
 from planner.insets import edge_insets
 from planner.plan_on_sheet import tree_of_net
+from planner.proof_check import tree_of
 
 SIZES = (128, 348, 1280, 5000)
 TARGETS_MS = {128: 5.0, 348: 20.0, 1280: 150.0, 5000: 1500.0}
@@ -67,6 +72,21 @@ def cpu_ms(work: Callable[[], Any], runs: int) -> float:
         start = time.process_time()
         work()
         took.append(1e3 * (time.process_time() - start))
+    return statistics.median(took)
+
+
+def neighbour_ms(problem: FoldProblem, layout: FlatLayout, count: int) -> float:
+    """Median process time, ms, of folding ``count`` nets that are one exchange away from ``layout``."""
+    rng = np.random.default_rng(0)
+    problem.fold(flat_tree(layout, 0.0))
+    took = []
+    while len(took) < count:
+        other = layout.copy()
+        cut = int(rng.choice(np.flatnonzero(other.tree)))
+        joins = rng.permutation(other.joinable(cut)).tolist()
+        if any(join != cut and other.exchange(cut, join) for join in joins):
+            tree = flat_tree(other, 0.0)
+            took.append(cpu_ms(lambda t=tree: problem.fold(t), 1))
     return statistics.median(took)
 
 
@@ -148,25 +168,30 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("meshes", type=Path, nargs="*")
     parser.add_argument("--runs", type=int, default=7)
     parser.add_argument("--fcl", type=int, default=100, help="turns to sample with python-fcl; 0: none")
+    parser.add_argument("--neighbours", type=int, default=30, help="nets beside each that are folded as well")
     parser.add_argument("--tilt", type=float, default=45.0)
     parser.add_argument("--cold", action="store_true")
     options = parser.parse_args(arguments)
     goals = [read_goal(mesh, size_mm=60.0) for mesh in options.meshes] or [bumpy_sphere(n) for n in SIZES]
     limits = MachineLimits(max_tilt_rad=math.radians(options.tilt))
-    print(f"{'goal':26} {'faces':>6} {'turns':>6} {'folded':>7} {'plan ms':>9} {'target':>7} {'contact':>9}"
-          f" {'fcl 1 deg ms':>13} {'ratio':>7}")  # fmt: skip
+    print(f"{'goal':26} {'faces':>6} {'turns':>6} {'folded':>7} {'plan ms':>9} {'target':>7}"
+          f" {'neighbour':>9} {'contact':>9} {'fcl 1 deg ms':>13} {'ratio':>7}")  # fmt: skip
     times = []
     for goal in goals:
         net = make_net(goal)
         insets = edge_insets(net, limits.thickness, limits.clearance)
         problem, tree = FoldProblem(goal, insets, limits), tree_of_net(net)
         contact_only = FoldProblem(goal, insets, limits, without=("sight",))
+        problem.known_turns = contact_only.known_turns = 0
         result = problem.fold(tree)
+        graph = DualGraph(goal)
+        layout = FlatLayout(graph, tree_of(net, graph), net.base_face)
+        near = neighbour_ms(FoldProblem(goal, insets, limits), layout, options.neighbours)
         took = cpu_ms(lambda p=problem, t=tree: p.fold(t), options.runs)
         blind = cpu_ms(lambda p=contact_only, t=tree: p.fold(t), options.runs)
         line = f"{goal.name[:26]:26} {len(goal.faces):6d} {int((result.steps[:, 0] == 1).sum()):6d}"
         target = TARGETS_MS.get(len(goal.faces), math.nan)
-        line += f" {100 * result.completion:6.2f}% {took:9.2f} {target:7.0f} {blind:9.2f}"
+        line += f" {100 * result.completion:6.2f}% {took:9.2f} {target:7.0f} {near:9.2f} {blind:9.2f}"
         if options.fcl:
             fcl_ms, sampled, _ = sampled_by_fcl(tree, problem, result, options.fcl)
             line += f" {fcl_ms:13.0f} {fcl_ms / took:6.0f}x ({sampled} turns sampled)"

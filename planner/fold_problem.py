@@ -41,7 +41,7 @@ SIGHT_RESERVE = 0.5
 the crease, where short shadows together may cover more samples than their length is worth."""
 
 KNOWN_TURNS = 2**17
-"""Turns whose outcome a thread keeps, 40 bytes each: those of a few hundred nets."""
+"""Turns whose outcome a thread keeps, a power of 2, of 40 bytes each: those of a few hundred nets."""
 
 GRAZES_DEG = (0.5, 0.8, 1.2, 2.0)
 """Tilts are also tried along the turning face as it stands so many degrees before its end: a closing slit is
@@ -179,6 +179,7 @@ class FoldProblem:
         self._double_area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
         mid_insets = plain_insets(self.corners_3d, limits.clearance)
         self.sharp = is_sharp(insets, mid_insets)
+        self.known_turns = KNOWN_TURNS
         self.mouths: dict[bytes, NDArray[np.float64]] = {}  # see planner.hold_gap
         self._of_thread = threading.local()
         # a net lays the faces flat unchanged, so the inset corners have the same barycentric weights in any
@@ -231,14 +232,14 @@ class FoldProblem:
         return levers
 
     def forget(self) -> None:
-        """Forget the turns worked out so far; what is folded afterwards comes out the same, but takes longer."""
+        """Forget the turns worked out so far: what is folded next comes out the same, but takes longer."""
         self._of_thread = threading.local()
 
     def _known(self) -> tuple[NDArray[np.uint64], NDArray[np.float64]]:
         """(K,) keys and (K, 4) answers of the turns that this thread remembers, see ``known_kernels``."""
         known: tuple[NDArray[np.uint64], NDArray[np.float64]] | None = getattr(self._of_thread, "known", None)
         if known is None:
-            known = np.zeros(KNOWN_TURNS, dtype=np.uint64), np.zeros((KNOWN_TURNS, 4))
+            known = np.zeros(self.known_turns, dtype=np.uint64), np.zeros((self.known_turns, 4))
             self._of_thread.known = known
         return known
 

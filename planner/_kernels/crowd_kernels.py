@@ -1,4 +1,4 @@
-"""Which solids are near enough to a crease to matter: balls around blocks of neighbours in the net are asked first."""
+"""Which solids are near enough to a crease to matter: balls around blocks of neighbours in the net come first."""
 
 from __future__ import annotations
 
@@ -74,52 +74,28 @@ def near_turn(order, blocks, first, last, centres, radii, present, ox, oy, ux, u
         dx, dy, z, size = centres[m, 0] - ox, centres[m, 1] - oy, centres[m, 2], radii[m] + SLACK_MM
         x, y = dx * ux + dy * uy, dy * ux - dx * uy
         r = math.sqrt(y * y + z * z)
-        x_lo, x_hi, r_lo, r_hi = (
-            min(x_lo, x - size),
-            max(x_hi, x + size),
-            min(r_lo, r - size),
-            max(r_hi, r + size),
-        )
-    count = 0
+        x_lo, x_hi = min(x_lo, x - size), max(x_hi, x + size)
+        r_lo, r_hi = min(r_lo, r - size), max(r_hi, r + size)
+    count, tube = 0, (x_lo, x_hi, r_lo, r_hi)
     for b in range(len(blocks)):
         start, stop = b * CROWD_BLOCK, min(len(order), (b + 1) * CROWD_BLOCK)
-        if (first <= start and stop <= last) or _is_beyond(
-            blocks[b, X] - ox,
-            blocks[b, Y] - oy,
-            blocks[b, Z],
-            blocks[b, SIZE],
-            ux,
-            uy,
-            x_lo,
-            x_hi,
-            r_lo,
-            r_hi,
-        ):
+        x, y, z, size = blocks[b, X] - ox, blocks[b, Y] - oy, blocks[b, Z], blocks[b, SIZE]
+        if (first <= start and stop <= last) or _is_beyond(x, y, z, size, ux, uy, tube):
             continue
         for p in range(start, stop):
             s = order[p]
             if not present[s] or first <= p < last:
                 continue
-            if not _is_beyond(
-                centres[s, 0] - ox,
-                centres[s, 1] - oy,
-                centres[s, 2],
-                radii[s],
-                ux,
-                uy,
-                x_lo,
-                x_hi,
-                r_lo,
-                r_hi,
-            ):
+            if not _is_beyond(centres[s, 0] - ox, centres[s, 1] - oy, centres[s, 2], radii[s], ux, uy, tube):
                 out[count] = s
                 count += 1
     return count
 
 
 @inner
-def _is_beyond(dx, dy, z, size, ux, uy, x_lo, x_hi, r_lo, r_hi):  # type: ignore[no-untyped-def]
-    """True if a ball at (dx, dy, z) from the axis is outside of the tube from x_lo to x_hi and r_lo to r_hi."""
+def _is_beyond(dx, dy, z, size, ux, uy, tube):  # type: ignore[no-untyped-def]
+    """True if a ball at (dx, dy, z) from the axis is outside of the ``tube``: x from, to, radius from, to."""
+    x_lo, x_hi, r_lo, r_hi = tube
     x = dx * ux + dy * uy
     if x + size < x_lo or x - size > x_hi:
         return True
@@ -194,40 +170,34 @@ def near_sight(  # type: ignore[no-untyped-def]
         count += 1
     turning = count
     mx, my, reach = ox + 0.5 * length * ux, oy + 0.5 * length * uy, 0.5 * length + beam[RADIUS] + SLACK_MM
-    spread, kx, ky, drift = beam[SPREAD] * rise, beam[KX], beam[KY], 0.0
+    light = (reach, side, beam[KX], beam[KY], 0.0, rise, beam[SPREAD] * rise)
     if most_tilt > 0.0 or not parallel:
-        kx, ky, drift = 0.0, 0.0, slope
+        light = (reach, side, 0.0, 0.0, slope, rise, beam[SPREAD] * rise)
     for b in range(len(blocks)):
-        if blocks[b, STANDS] == 0.0 or _is_clear(
-            blocks[b, X] - mx, blocks[b, Y] - my, blocks[b, Z], blocks[b, SIZE], reach, side, kx, ky, drift, rise,
-            spread,
-        ):  # fmt: skip
+        x, y, z, size = blocks[b, X] - mx, blocks[b, Y] - my, blocks[b, Z], blocks[b, SIZE]
+        if blocks[b, STANDS] == 0.0 or _is_clear(x, y, z, size, light):
             continue
         for p in range(b * CROWD_BLOCK, min(len(order), (b + 1) * CROWD_BLOCK)):
             s = order[p]
             if flat[s] or not present[s] or panel[s] == panel_a or panel[s] == panel_b or first <= p < last:
                 continue
-            if not _is_clear(
-                centres[s, 0] - mx, centres[s, 1] - my, centres[s, 2], radii[s], reach, side, kx, ky, drift, rise,
-                spread,
-            ):  # fmt: skip
+            if not _is_clear(centres[s, 0] - mx, centres[s, 1] - my, centres[s, 2], radii[s], light):
                 out[count] = s
                 count += 1
     return turning, count
 
 
 @inner
-def _is_clear(dx, dy, z, size, reach, side, kx, ky, drift, rise, spread):  # type: ignore[no-untyped-def]
-    """True if the shadow of a ball is farther than ``reach`` from the middle of a crease.
+def _is_clear(dx, dy, z, size, light):  # type: ignore[no-untyped-def]
+    """True if the shadow of a ball does not come near the middle of a crease.
 
     Args:
         dx, dy, z: its place seen from there, and its radius ``size``.
-        reach: in the plane of the sheet, mm.
-        side: side of the sheet, +1 or -1, that is lit.
-        kx, ky, drift: where the shadow goes per mm of height, and by how much more in any direction.
-        rise: how much longer than the ball its shadow is at most.
-        spread: how much wider the beam is per mm.
+        light: how near it must come in the plane of the sheet, mm; side of the sheet, +1 or -1, that is lit; where
+            the shadow goes per mm of height, in x and y, and by how much more in any direction; how much longer
+            than the ball it is at most; how much wider the beam is per mm.
     """
+    reach, side, kx, ky, drift, rise, spread = light
     if z * side < -size - SLACK_MM:
         return True
     high = abs(z) + size

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from numba import njit
 
-import planner.fold_problem
 from planner._kernels.contact_kernels import listed_contact, turn_contact
 from planner._kernels.crowd_kernels import CROWD_BLOCK, bound_blocks, crowd_order, near_sight, near_turn
 from planner._kernels.known_kernels import mixed, mixed_real
@@ -174,7 +173,7 @@ def results_of(problem, trees):
 
 
 @pytest.mark.parametrize("source", [None, (20.0, -30.0, 160.0)], ids=["parallel", "from a point"])
-def test_plans_are_the_same_with_and_without_memory(monkeypatch, source):
+def test_plans_are_the_same_with_and_without_memory(source):
     """A chain of nets, each an exchange away from another, with other bases, axes and creases held back."""
     problem, _ = problem_of("ball")
     limits = replace(problem.limits, beam_source=source)
@@ -200,8 +199,10 @@ def test_plans_are_the_same_with_and_without_memory(monkeypatch, source):
     remembering = FoldProblem(problem.goal, insets, limits)
     first, again = results_of(remembering, trees), results_of(remembering, trees)
     assert np.count_nonzero(remembering._known()[0]) > 100
-    monkeypatch.setattr(planner.fold_problem, "KNOWN_TURNS", 0)
+    remembering.forget()
+    assert not remembering._known()[0].any()
     forgetful = FoldProblem(problem.goal, insets, limits)
+    forgetful.known_turns = 0
     plain = results_of(forgetful, trees)
     assert len(forgetful._known()[0]) == 0
     assert {int(cause) for result in plain for cause in result[2]} >= {0, 1, 2}
