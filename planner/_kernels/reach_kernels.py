@@ -13,6 +13,9 @@ from planner._kernels.sight_kernels import hidden_share, hides_alone, sight_limi
 LEAST_GAIN_RAD = math.radians(0.2)
 """A further tilt is not chosen, and a further stage of a turn not made, for less."""
 
+WITNESSES = 4
+"""Solids that hid a crease under the last tilts that are remembered while tilts are tried."""
+
 
 @inner
 def mark(mask, members, value):  # type: ignore[no-untyped-def]
@@ -54,7 +57,7 @@ def farthest_view(  # type: ignore[no-untyped-def]
     for tilt in fine:
         most_tilt = max(most_tilt, abs(tilt))
     reach, view, tilted, who = 0.0, first, False, np.int64(-1)
-    witness = np.int64(-1)  # hid the crease last: the first to be looked at under the next tilt
+    count, witnesses = 0, np.empty(WITNESSES, np.int64)  # they are looked at first under the next tilt
     for k in range(-1, len(fine) + len(grazes)):
         if k < 0:
             beam = first
@@ -76,17 +79,20 @@ def farthest_view(  # type: ignore[no-untyped-def]
             ahead = reach + LEAST_GAIN_RAD
             if allowed <= ahead:
                 continue
-            if witness >= 0 and hides_alone(
-                witness, moving_mask[witness], solids, ox, oy, ux, uy, length, sign, ahead, aimed,
-                hidden_max, intervals, turned,
-            ):  # fmt: skip
+            blocked = False
+            for j in range(min(count, WITNESSES)):
+                blocked = blocked or hides_alone(
+                    witnesses[j], moving_mask[witnesses[j]], solids, ox, oy, ux, uy, length, sign, ahead, aimed,
+                    hidden_max, intervals, turned,
+                )  # fmt: skip
+            if blocked:
                 continue
             share, most, _ = hidden_share(
                 panel[face], panel[parent], panel, moving_mask, flat, solids, centres, radii,
                 suspects, ox, oy, ux, uy, length, sign, ahead, aimed, intervals, turned,
             )  # fmt: skip
             if share > hidden_max:
-                witness = most
+                witnesses[count % WITNESSES], count = most, count + 1
                 continue
         seen, by = sight_limit(
             panel[face], panel[parent], panel, moving_mask, flat, solids, centres, radii, suspects,
@@ -94,7 +100,7 @@ def farthest_view(  # type: ignore[no-untyped-def]
             substeps, True,
         )  # fmt: skip
         if by >= 0:
-            witness = by
+            witnesses[count % WITNESSES], count = by, count + 1
         if k < 0:
             who = by
         if seen > reach + LEAST_GAIN_RAD:
