@@ -21,9 +21,10 @@ import numpy as np
 
 from planner import make_net, read_goal
 from planner.base_faces import rank_bases
+from planner.candidate import Candidate, axis_angles, judge
 from planner.dual_graph import DualGraph
 from planner.fold_problem import FoldProblem
-from planner.fold_search import Candidate, SearchSettings, axis_angles, improve, judge
+from planner.fold_search import SearchSettings, improve
 from planner.insets import edge_insets
 from planner.nearly_blooming import nearly_blooming
 from rigs.limits import machine_limits

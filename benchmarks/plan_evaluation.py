@@ -27,10 +27,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import MachineLimits, make_net, read_goal
+from planner.candidate import flat_tree
 from planner.dual_graph import DualGraph
 from planner.flat_layout import FlatLayout
 from planner.fold_problem import FlatTree, FoldProblem, FoldResult
-from planner.fold_search import flat_tree
 from planner.goal_mesh import GoalMesh
 from planner.insets import edge_insets
 from planner.plan_on_sheet import tree_of_net

@@ -8,8 +8,8 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.candidate import Candidate, judge
 from planner.fold_problem import FoldProblem
-from planner.fold_search import Candidate, judge
 from planner.search_moves import movers
 
 __all__ = ["let_go", "repaired"]

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.angle_repair import repaired
+from planner.candidate import Candidate, axis_angles, cost, judge
 from planner.errors import PlanError
 from planner.fold_plan import Sheet
 from planner.fold_problem import FoldProblem, FoldResult
-from planner.fold_search import Candidate, SearchSettings, axis_angles, cost, judge
+from planner.fold_search import SearchSettings
 from planner.net import Net
 from planner.placement import place_net
 from planner.plan_on_sheet import SheetFold, fold_on_sheet
@@ -39,7 +40,7 @@ class Finalist:
 
     Attributes:
         candidate: the net as the search knows it, with the result and the cost that the search saw.
-        cost: as ``fold_search.cost``, with the sheet in place; 1 more if the base cannot be held.
+        cost: as ``candidate.cost``, with the sheet in place; 1 more if the base cannot be held.
         placed: the net under the machine.
         sheet: the sheet around it, without tabs.
         folded: how far it folds in that.
@@ -109,9 +110,10 @@ def improve_on_sheet(
         temperature = WARM * (COLD / WARM) ** settings.share(work, began)
         bar = now.cost - temperature * math.log(1.0 - rng.random())
         net = now.candidate
+        limit = net.own_limit(problem, net.cost + bar - now.cost, fixed_net=settings.fixed_net)
         move = random_trial(
             net.trial, net.tree, now.result, rng, axes, fixed_base=settings.fixed_base,
-            fixed_net=settings.fixed_net, own=net.own_limit(problem, net.cost + bar - now.cost, settings),
+            fixed_net=settings.fixed_net, own=limit,
         )  # fmt: skip
         if move is None:
             continue

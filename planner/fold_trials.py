@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.candidate import fits, flat_tree, held_back
 from planner.dual_graph import DualGraph
 from planner.errors import PlanError
 from planner.flat_layout import FlatLayout
 from planner.fold_plan import FoldPlan
 from planner.fold_problem import FoldProblem, FoldResult
-from planner.fold_search import fits, flat_tree, held_back
 from planner.insets import edge_insets
 from planner.lost_folds import foldable_share
 from planner.placement import place_net

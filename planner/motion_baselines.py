@@ -12,10 +12,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.candidate import axis_angles, cost
 from planner.errors import PlanError
 from planner.fold_plan import FoldPlan, MachineLimits
 from planner.fold_problem import RULES, FoldProblem, shape_rms
-from planner.fold_search import axis_angles, cost
 from planner.insets import edge_insets
 from planner.kinematics import folded_triangles
 from planner.lost_folds import foldable_share

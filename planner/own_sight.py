@@ -105,7 +105,7 @@ class OwnSight:
             axis_rad: direction of the rotary axis, from the base face's side from corner 0 to corner 1.
 
         Returns:
-            (cost, weighed as ``fold_search.cost``; (F,) the angle missing at the crease of each face, rad)
+            (cost, weighed as ``candidate.cost``; (F,) the angle missing at the crease of each face, rad)
         """
         from planner._kernels.own_sight_kernels import own_cost_within
 

@@ -18,6 +18,7 @@ from planner.base_choice import base_trials, choice_of_bases
 from planner.base_faces import rank_bases
 from planner.base_trial import BaseTrial
 from planner.blooming_trees import BLOOMING_TREES
+from planner.candidate import Candidate, axis_angles, done, judge
 from planner.dual_graph import DualGraph
 from planner.errors import NetError, PlanError
 from planner.finalists import Finalist, NetOf, improve_on_sheet, on_its_sheet
@@ -25,16 +26,7 @@ from planner.flat_layout import FlatLayout
 from planner.fold_bound import bound_notice
 from planner.fold_plan import FoldPlan, MachineLimits
 from planner.fold_problem import RULES, FoldProblem
-from planner.fold_search import (
-    SEED_STEP,
-    Candidate,
-    SearchSettings,
-    axis_angles,
-    done,
-    improve,
-    judge,
-    search,
-)
+from planner.fold_search import SEED_STEP, SearchSettings, improve, search
 from planner.insets import edge_insets
 from planner.nearly_blooming import NetAttempt, certify, nearly_blooming
 from planner.net import Net

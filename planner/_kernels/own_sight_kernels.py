@@ -106,7 +106,7 @@ def _depth_first(s, preorder, first, size):  # type: ignore[no-untyped-def]
 
 @inner
 def own_cost(s, table, ax, ay, masks, sums, lost):  # type: ignore[no-untyped-def]
-    """Cost of what a rooted net misses since the turning part hides its own crease, as ``fold_search.cost``.
+    """Cost of what a rooted net misses since the turning part hides its own crease, as ``candidate.cost``.
 
     Args:
         s: the net, rooted and laid out.

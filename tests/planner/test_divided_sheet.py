@@ -10,11 +10,11 @@ import shapely
 
 from models.goals import goal_path
 from planner import plan_on_sheet as module
+from planner.candidate import cost
 from planner.dual_graph import DualGraph
 from planner.errors import PlanError
 from planner.fold_plan import MachineLimits
 from planner.fold_problem import FoldProblem
-from planner.fold_search import cost
 from planner.insets import edge_insets
 from planner.nearly_blooming import nearly_blooming
 from planner.placement import place_net

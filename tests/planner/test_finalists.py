@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from models.goals import goal_path
+from planner.candidate import cost, judge
 from planner.dual_graph import DualGraph
 from planner.finalists import improve_on_sheet, on_its_sheet
 from planner.fold_plan import MachineLimits
 from planner.fold_problem import FoldProblem
-from planner.fold_search import SearchSettings, cost, judge
+from planner.fold_search import SearchSettings
 from planner.insets import edge_insets
 from planner.make_net import make_net
 from planner.nearly_blooming import nearly_blooming

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 import trimesh
 
+from planner.candidate import cost, flat_tree, judge
 from planner.dual_graph import DualGraph
 from planner.flat_layout import FlatLayout
 from planner.fold_plan import MachineLimits
 from planner.fold_problem import FoldProblem, panel_numbers, rotary_angles, shape_rms
-from planner.fold_search import SearchSettings, cost, flat_tree, judge, search
+from planner.fold_search import SearchSettings, search
 from planner.goal_mesh import GoalMesh
 from planner.insets import edge_insets
 from tests.planner.fold_referee import broken_rules, poses

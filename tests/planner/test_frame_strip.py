@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from models.goals import goal_path
+from planner.candidate import flat_tree
 from planner.dual_graph import DualGraph
 from planner.fold_plan import MachineLimits
 from planner.fold_problem import FoldProblem
-from planner.fold_search import flat_tree
 from planner.frame_strip import LONGEST_MM, frame_strip
 from planner.insets import edge_insets
 from planner.make_net import make_net

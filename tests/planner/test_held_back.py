@@ -9,12 +9,12 @@ import pytest
 
 from models.goals import goal_path
 from planner.angle_repair import let_go, repaired
+from planner.candidate import flat_tree, judge
 from planner.cures import Effort
 from planner.diagnose import diagnose
 from planner.dual_graph import DualGraph
 from planner.fold_plan import MachineLimits
 from planner.fold_problem import HELD_BACK, FoldProblem
-from planner.fold_search import flat_tree, judge
 from planner.fold_trials import Workbench
 from planner.insets import edge_insets
 from planner.nearly_blooming import nearly_blooming

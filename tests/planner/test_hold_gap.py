@@ -8,10 +8,10 @@ import pytest
 
 from models.goals import goal_path
 from planner.base_faces import rank_bases
+from planner.candidate import hold_cost, judge
 from planner.dual_graph import DualGraph
 from planner.fold_plan import MachineLimits
 from planner.fold_problem import FlatTree, FoldProblem
-from planner.fold_search import hold_cost, judge
 from planner.goal_mesh import GoalMesh
 from planner.hold_gap import CELL_MM, hold_gap
 from planner.insets import edge_insets

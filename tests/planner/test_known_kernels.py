@@ -12,10 +12,10 @@ from planner._kernels.crowd_kernels import CROWD_BLOCK, bound_blocks, crowd_orde
 from planner._kernels.known_kernels import mixed, mixed_real
 from planner._kernels.sight_kernels import SIGHT_SUBSTEPS, sight_limit
 from planner.blooming_trees import blooming_tree
+from planner.candidate import flat_tree
 from planner.dual_graph import DualGraph
 from planner.flat_layout import FlatLayout
 from planner.fold_problem import FoldProblem, bounding_spheres
-from planner.fold_search import flat_tree
 from planner.frame_strip import frame_strip
 from planner.insets import edge_insets
 from tests.planner.test_contact_kernels import prism_of

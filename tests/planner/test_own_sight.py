@@ -8,10 +8,11 @@ import pytest
 from models.goals import goal_path
 from planner._kernels.cover_kernels import ABOVE_MM, END_SHARE
 from planner._kernels.shadow_kernels import PER_WORD, SAMPLES, WORDS
+from planner.candidate import cost, flat_tree, judge
 from planner.dual_graph import DualGraph
 from planner.fold_plan import MachineLimits
 from planner.fold_problem import SAFE_LOAD, SIGHT_RESERVE, FoldProblem
-from planner.fold_search import SearchSettings, cost, flat_tree, judge, search
+from planner.fold_search import SearchSettings, search
 from planner.insets import edge_insets
 from planner.nearly_blooming import nearly_blooming
 from planner.own_sight import FRACTIONS, HEADINGS, MOST_FACES, TILT_SHARES, OwnSight

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from models.goals import goal_path
+from planner.candidate import flat_tree, judge
 from planner.dual_graph import DualGraph
 from planner.fold_plan import MachineLimits
 from planner.fold_problem import FoldProblem
-from planner.fold_search import flat_tree, judge
 from planner.insets import edge_insets
 from planner.nearly_blooming import nearly_blooming
 from planner.read_goal import read_goal
