@@ -139,7 +139,7 @@ def search(
     def turns(starts: list[Candidate], count: int, until: float, now: SearchSettings) -> list[Candidate]:
         """The best net of each annealing, best first: ``count`` in each chain, from ``starts`` in turn."""
         first = time.monotonic()
-        found = []
+        made = []
 
         def chain(number: int) -> None:
             for turn in range(count):
@@ -147,12 +147,12 @@ def search(
                     return
                 which = number + turn * settings.chains
                 end = first + (turn + 1) / count * (until - first)
-                found.append(anneal(number, starts[which % len(starts)], replace(
+                made.append(anneal(number, starts[which % len(starts)], replace(
                     now, seed=now.seed + SEED_STEP * which, evaluations=sys.maxsize, deadline=end,
                 )))  # fmt: skip
 
         list(pool.map(chain, range(settings.chains)))
-        return sorted(found, key=by_cost)
+        return sorted(made, key=by_cost)
 
     with ThreadPoolExecutor(settings.chains) as pool:  # the fold planner runs without the interpreter lock
         try:

@@ -8,16 +8,13 @@ import numpy as np
 
 from planner._kernels.beam_kernels import KX, KY, NEAR, RADIUS, SPREAD, UP
 from planner._kernels.compiled import inner
-from planner._kernels.sight_kernels import half_plane
+from planner._kernels.sight_kernels import SLACK_MM, half_plane
 
 CROWD_BLOCK = 8
 """Solids in a block."""
 
 X, Y, Z, SIZE, STANDS = 0, 1, 2, 3, 4
 """Places in the row of a block: the middle of its ball, the radius, and whether any of its solids stands."""
-
-SLACK_MM = 1e-3
-"""What bounds are widened by against rounding."""
 
 ANY_SLOPE = 1e9
 """Slope of light from a point, which has no bound."""

@@ -14,7 +14,7 @@ from planner._kernels.beam_kernels import HEAD_FINITE, HEAD_OY
 from planner._kernels.compiled import inner
 from planner._kernels.contact_kernels import listed_contact
 from planner._kernels.crowd_kernels import near_sight, near_turn
-from planner._kernels.reach_kernels import farthest_view, mark
+from planner._kernels.reach_kernels import farthest_view
 from planner._kernels.sight_kernels import sight_limit
 
 CONTACT, SIGHT, VIEW = 1, 2, 3
@@ -54,10 +54,9 @@ def first_marks(solids, sharp, marks):  # type: ignore[no-untyped-def]
 
 
 @inner
-def light_mark(rotary_options, fine, grazes, ex, ey, head, hidden_max, substeps):  # type: ignore[no-untyped-def]
+def light_mark(fine, grazes, ex, ey, head, hidden_max, substeps):  # type: ignore[no-untyped-def]
     """Hash of what sight depends on in a whole plan, see ``fold_greedily``."""
-    a = mixed(np.uint64(len(rotary_options)), np.uint64(substeps))
-    a = mixed_real(mixed_real(mixed_real(a, hidden_max), ex), ey)
+    a = mixed_real(mixed_real(mixed_real(np.uint64(substeps), hidden_max), ex), ey)
     for angle in fine:
         a = mixed_real(a, angle)
     for angle in grazes:
@@ -82,6 +81,13 @@ def _sum_of_marks(marks, solids):  # type: ignore[no-untyped-def]
     for s in solids:
         total += marks[s]
     return total
+
+
+@inner
+def _mark(mask, members, value):  # type: ignore[no-untyped-def]
+    """Set ``mask`` of the ``members``."""
+    for m in members:
+        mask[m] = value
 
 
 @inner
@@ -156,13 +162,13 @@ def known_sight(  # type: ignore[no-untyped-def]
         row, there = _kept(known, key)
         if there:
             return answers[row, 0], np.int64(answers[row, 1])
-    mark(moving_mask, near[:turning], True)
+    _mark(moving_mask, near[:turning], True)
     seen, by = sight_limit(
         panel[face], panel[parent], panel, moving_mask, flat, solids, centres, radii, near[:count],
         hinge[0], hinge[1], hinge[2], hinge[3], length, sign, limit, beam, hidden_max, intervals, turned,
         substeps, False,
     )  # fmt: skip
-    mark(moving_mask, near[:turning], False)
+    _mark(moving_mask, near[:turning], False)
     if len(keys) > 0:
         keys[row], answers[row, 0], answers[row, 1] = key, seen, by
     return seen, by
@@ -196,13 +202,13 @@ def known_view(  # type: ignore[no-untyped-def]
         row, there = _kept(known, key)
         if there:
             return answers[row, 0], answers[row, 1], answers[row, 2] != 0.0, np.int64(answers[row, 3])
-    mark(moving_mask, near[:turning], True)
+    _mark(moving_mask, near[:turning], True)
     reach, view, tilted, who = farthest_view(
         face, parent, moving_mask, panel, flat, solids, centres, radii, near[:count],
         hinge, length, sign, now, free, rotary, fine, grazes, ex, ey, head, hidden_max, substeps, aimed,
         intervals, turned,
     )  # fmt: skip
-    mark(moving_mask, near[:turning], False)
+    _mark(moving_mask, near[:turning], False)
     if len(keys) > 0:
         keys[row], answers[row, 0], answers[row, 1], answers[row, 2], answers[row, 3] = (
             key, reach, view, 1.0 if tilted else 0.0, who,

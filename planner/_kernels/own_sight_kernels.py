@@ -28,6 +28,7 @@ from planner._kernels.net_arrays import (
 from planner._kernels.net_kernels import component, move_part, moved_overlaps, root_tree, swap, unmark
 from planner._kernels.plan_kernels import ANGLE_WEIGHT, MOST_OVERLOAD, OVERLOAD_WEIGHT, SHAPE_WEIGHT
 from planner._kernels.shadow_kernels import WORDS, samples_seen
+from planner._kernels.tree_kernels import subtree_ranges
 
 MOMENTS = 13
 """Sums over what hangs on a crease: faces, centroids, their products (xx xy xz yy yz zz), area, area by place."""
@@ -84,27 +85,6 @@ def _heading(dx, dy, ax, ay, count):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _depth_first(s, preorder, first, size):  # type: ignore[no-untyped-def]
-    """Faces (F,) of a rooted net, each before what hangs on it; (F,) where that begins, with the face, and its number."""
-    node = s.node
-    n = node.shape[1]
-    for f in range(n):
-        size[f] = 1
-    for i in range(n - 1, 0, -1):
-        f = node[ORDER, i]
-        size[node[PARENT, f]] += size[f]
-    first[node[ORDER, 0]] = 0
-    free = np.empty(n, np.int64)  # where the next child of a face begins
-    for i in range(n):
-        f = node[ORDER, i]
-        if i > 0:
-            first[f] = free[node[PARENT, f]]
-            free[node[PARENT, f]] += size[f]
-        free[f] = first[f] + 1
-        preorder[first[f]] = f
-
-
-@inner
 def own_cost(s, table, ax, ay, masks, sums, lost):  # type: ignore[no-untyped-def]
     """Cost of what a rooted net misses since the turning part hides its own crease, as ``candidate.cost``.
 
@@ -138,14 +118,13 @@ def own_cost(s, table, ax, ay, masks, sums, lost):  # type: ignore[no-untyped-de
             headings[f] = b
             for w in range(WORDS):
                 masks[f, w] = bits[b, leaning + d, w]
-    preorder, first, size = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
-    _depth_first(s, preorder, first, size)
+    preorder, first, last = subtree_ranges(node[PARENT], node[ORDER])
     for i in range(1, n):
         f = node[ORDER, i]
         b = headings[f]
         if b >= 0:  # all that hangs on one crease at once: its rows lie side by side
             d = sides[f]
-            for p in range(first[f] + 1, first[f] + size[f]):
+            for p in range(first[f] + 1, last[f]):
                 row = rows[d, preorder[p]]
                 if row >= 0:
                     for w in range(WORDS):

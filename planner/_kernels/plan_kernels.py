@@ -143,7 +143,7 @@ def fold_greedily(  # type: ignore[no-untyped-def]
     stamp, marks, light = np.zeros(total, np.int64), np.zeros(total, np.uint64), np.uint64(0)
     if len(known[0]) > 0:
         first_marks(solids, sharp, marks)
-        light = light_mark(rotary, fine, grazes, ex, ey, head, hidden_max, substeps)
+        light = light_mark(fine, grazes, ex, ey, head, hidden_max, substeps)
     contact_time, free_time = np.zeros(n, np.int64), np.zeros(n, np.int64)
     contact_by, contact_of = np.zeros(n, np.int64), np.zeros(n, np.int64)
     contact_angle = np.zeros(n)

@@ -18,13 +18,6 @@ WITNESSES = 4
 
 
 @inner
-def mark(mask, members, value):  # type: ignore[no-untyped-def]
-    """Set ``mask`` of the ``members``."""
-    for m in members:
-        mask[m] = value
-
-
-@inner
 def farthest_view(  # type: ignore[no-untyped-def]
     face, parent, moving_mask, panel, flat, solids, centres, radii, suspects,
     hinge, length, sign, now, free, first, fine, grazes, ex, ey, head, hidden_max, substeps, aimed,

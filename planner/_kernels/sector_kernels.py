@@ -31,14 +31,8 @@ def sector(points, out, row):  # type: ignore[no-untyped-def]
         cy += points[k, 1]
         cz += points[k, 2]
     size = math.sqrt(cy * cy + cz * cz)
-    out[row, 0], out[row, 1], out[row, 2], out[row, 3], out[row, 4], out[row, 5] = (
-        x_lo,
-        x_hi,
-        0.0,
-        math.sqrt(r_hi),
-        0.0,
-        2.0 * math.pi,
-    )
+    out[row, 0], out[row, 1], out[row, 2], out[row, 3] = x_lo, x_hi, 0.0, math.sqrt(r_hi)
+    out[row, 4], out[row, 5] = 0.0, 2.0 * math.pi
     if size < 1e-9:
         return
     cy, cz = cy / size, cz / size
